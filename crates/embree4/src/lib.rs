@@ -1,0 +1,1 @@
+//! A sound, safe wrapper around Intel Embree 4.
