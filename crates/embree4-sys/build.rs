@@ -48,13 +48,9 @@ fn find() -> Embree {
 fn library_folder(prefix: &Path) -> PathBuf {
     let folders = ["lib", "lib64", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu"];
     let names = ["libembree4.so", "libembree4.dylib", "embree4.lib"];
-    folders
-        .iter()
-        .map(|f| prefix.join(f))
-        .find(|f| names.iter().any(|n| f.join(n).exists()))
-        .unwrap_or_else(|| {
-            fail(&format!("{} has Embree 4 headers but no libembree4 in lib or lib64", prefix.display()))
-        })
+    folders.iter().map(|f| prefix.join(f)).find(|f| names.iter().any(|n| f.join(n).exists())).unwrap_or_else(
+        || fail(&format!("{} has Embree 4 headers but no libembree4 in lib or lib64", prefix.display())),
+    )
 }
 
 fn check_version(include: &Path) -> String {

@@ -1,0 +1,103 @@
+//! Materials.
+
+use super::{ColorInput, FloatInput, MaterialId, TextureId};
+
+/// A surface material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the file, may be empty.
+    pub name: String,
+    /// Scattering model.
+    pub kind: MaterialKind,
+    /// Tangent-space normal map (RGB in 0..1, z up, linear).
+    pub normal_map: Option<TextureId>,
+    /// Height texture in scene units, for bump mapping.
+    pub bump: Option<TextureId>,
+}
+
+/// Microfacet roughness along the two tangents.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roughness {
+    /// Along dp/du.
+    pub u: FloatInput,
+    /// Along dp/dv.
+    pub v: FloatInput,
+    /// Whether the values are perceptual and become GGX alpha by a square root (pbrt-v4's remapping).
+    pub remap: bool,
+}
+
+impl Roughness {
+    /// A perfectly smooth surface.
+    pub const SMOOTH: Self =
+        Self { u: FloatInput::Constant(0.0), v: FloatInput::Constant(0.0), remap: false };
+}
+
+/// What a conductor is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Conductor {
+    /// Complex index of refraction.
+    EtaK {
+        /// Real part.
+        eta: ColorInput,
+        /// Absorption coefficient.
+        k: ColorInput,
+    },
+    /// Reflectance at normal incidence, in 0..1.
+    Reflectance(ColorInput),
+}
+
+/// Scattering models.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MaterialKind {
+    /// Lambert.
+    Diffuse {
+        /// Albedo.
+        reflectance: ColorInput,
+    },
+    /// Metal.
+    Conductor {
+        /// Substance.
+        conductor: Conductor,
+        /// Microfacets.
+        roughness: Roughness,
+    },
+    /// Glass and other refracting interfaces.
+    Dielectric {
+        /// Index of refraction inside over outside.
+        eta: f32,
+        /// Microfacets.
+        roughness: Roughness,
+        /// Factor on refracted light (1 is clear).
+        tint: ColorInput,
+    },
+    /// A pane so thin that refraction does not shift light.
+    ThinDielectric {
+        /// Index of refraction.
+        eta: f32,
+    },
+    /// Diffuse base under a dielectric coat (plastic, varnish).
+    CoatedDiffuse {
+        /// Albedo of the base.
+        reflectance: ColorInput,
+        /// Microfacets of the coat.
+        roughness: Roughness,
+        /// Index of refraction of the coat.
+        eta: f32,
+    },
+    /// Diffuse reflection and transmission (leaves, paper).
+    DiffuseTransmission {
+        /// Albedo on the side of the light.
+        reflectance: ColorInput,
+        /// Albedo through the surface.
+        transmittance: ColorInput,
+    },
+    /// Stochastic mix of two materials.
+    Mix {
+        /// `amount` 0 is the first, 1 the second.
+        materials: [MaterialId; 2],
+        /// Share of the second.
+        amount: FloatInput,
+    },
+    /// No surface at all: light passes unchanged.
+    Interface,
+}
