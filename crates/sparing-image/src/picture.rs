@@ -1,0 +1,96 @@
+//! Decoded pictures as textures and environment maps use them.
+
+use std::path::Path;
+
+/// Pixels in rows from the top.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// 8-bit RGBA as stored, transfer function not undone; `has_alpha` says whether A means anything.
+    Rgba8 {
+        /// Four bytes a pixel.
+        data: Vec<[u8; 4]>,
+        /// Whether the file had an alpha channel.
+        has_alpha: bool,
+    },
+    /// Linear floating point RGB.
+    Rgb32F(Vec<[f32; 3]>),
+}
+
+/// A decoded picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Pixels across, at least 1.
+    pub width: u32,
+    /// Pixels down, at least 1.
+    pub height: u32,
+    /// Contents.
+    pub pixels: Pixels,
+}
+
+/// Why a picture could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The file could not be opened or read.
+    #[error("cannot read {name}: {source}")]
+    Io {
+        /// File or embedded name.
+        name: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The contents are not a picture of a known format.
+    #[error("cannot decode {name}: {reason}")]
+    Decode {
+        /// File or embedded name.
+        name: String,
+        /// Cause.
+        reason: String,
+    },
+}
+
+/// Largest width or height accepted.
+pub const MAX_SIDE: u32 = 32_768;
+
+impl Picture {
+    /// Reads PNG, JPEG or Radiance HDR from a file, chosen by content.
+    ///
+    /// # Errors
+    /// Unreadable file, unknown format, damaged data, a side over [`MAX_SIDE`].
+    pub fn read(path: &Path) -> Result<Self, PictureError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|source| PictureError::Io { name: name.clone(), source })?;
+        Self::decode(&bytes, &name)
+    }
+
+    /// Decodes PNG, JPEG or Radiance HDR bytes; `name` is for messages.
+    ///
+    /// # Errors
+    /// Unknown format, damaged data, a side over [`MAX_SIDE`].
+    pub fn decode(bytes: &[u8], name: &str) -> Result<Self, PictureError> {
+        let fail = |reason: String| PictureError::Decode { name: name.to_owned(), reason };
+        let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|e| fail(e.to_string()))?;
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        limits.max_alloc = Some(4 << 30);
+        reader.limits(limits);
+        let decoded = reader.decode().map_err(|e| fail(e.to_string()))?;
+        let (width, height) = (decoded.width(), decoded.height());
+        if width == 0 || height == 0 {
+            return Err(fail("it has no pixels".into()));
+        }
+        let color = decoded.color();
+        let pixels = match decoded {
+            image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_) => {
+                Pixels::Rgb32F(decoded.into_rgb32f().pixels().map(|p| p.0).collect())
+            }
+            other => Pixels::Rgba8 {
+                data: other.into_rgba8().pixels().map(|p| p.0).collect(),
+                has_alpha: color.has_alpha(),
+            },
+        };
+        Ok(Self { width, height, pixels })
+    }
+}

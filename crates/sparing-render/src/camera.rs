@@ -1,0 +1,152 @@
+//! Perspective camera with a thin lens, and orthographic camera (C. Kolb et al. 1995 for the lens;
+//! conventions of "Physically Based Rendering", 4th ed., chapter 5).
+
+use crate::sampling::concentric_disk;
+use glam::{Mat4, Vec3};
+use sparing_scene::description::{self as d, Projection};
+
+/// A camera for a picture of a given size.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    camera_to_world: Mat4,
+    /// Image plane at z = 1 (perspective) or z = 0 (orthographic): position of raster (0, 0) and step a pixel.
+    plane_origin: [f32; 2],
+    plane_step: [f32; 2],
+    perspective: bool,
+    lens_radius: f32,
+    focal_distance: f32,
+}
+
+/// A ray from the camera; `direction` is unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    /// World space.
+    pub origin: Vec3,
+    /// World space, unit.
+    pub direction: Vec3,
+    /// Cosine between the ray and the camera's axis: depth = distance * cos.
+    pub cos_axis: f32,
+}
+
+impl Camera {
+    /// Prepares a camera for a picture of `width` x `height`.
+    #[must_use]
+    pub fn new(camera: &d::Camera, width: u32, height: u32) -> Self {
+        let aspect = width as f32 / height as f32;
+        let [x0, x1, y0, y1] = camera.screen_window.unwrap_or(if aspect > 1.0 {
+            [-aspect, aspect, -1.0, 1.0]
+        } else {
+            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+        });
+        let (perspective, scale) = match camera.projection {
+            Projection::Perspective { fov } => (true, (fov.to_radians() * 0.5).tan()),
+            Projection::Orthographic => (false, 1.0),
+        };
+        Self {
+            camera_to_world: camera.camera_to_world,
+            plane_origin: [x0 * scale, y1 * scale],
+            plane_step: [(x1 - x0) * scale / width as f32, (y0 - y1) * scale / height as f32],
+            perspective,
+            lens_radius: camera.lens_radius,
+            focal_distance: camera.focal_distance,
+        }
+    }
+
+    /// Whether rays need a lens sample.
+    #[must_use]
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0
+    }
+
+    /// The ray through raster position (`x`, `y`), pixels from the upper left corner of the picture; `lens`
+    /// is uniform in the unit square and ignored by a pinhole.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self, x: f32, y: f32, lens: [f32; 2]) -> CameraRay {
+        let px = self.plane_origin[0] + x * self.plane_step[0];
+        let py = self.plane_origin[1] + y * self.plane_step[1];
+        let (mut origin, mut direction) = if self.perspective {
+            (Vec3::ZERO, Vec3::new(px, py, 1.0))
+        } else {
+            (Vec3::new(px, py, 0.0), Vec3::Z)
+        };
+        if self.lens_radius > 0.0 {
+            let focus = origin + direction * self.focal_distance;
+            let disk = concentric_disk(lens) * self.lens_radius;
+            origin += Vec3::new(disk.x, disk.y, 0.0);
+            direction = focus - origin;
+        }
+        let cos_axis = direction.z / direction.length();
+        CameraRay {
+            origin: self.camera_to_world.transform_point3(origin),
+            direction: self.camera_to_world.transform_vector3(direction).normalize(),
+            cos_axis,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::sobol::owen_sobol_2d;
+
+    fn pinhole(fov: f32) -> d::Camera {
+        d::Camera { projection: Projection::Perspective { fov }, ..d::Camera::default() }
+    }
+
+    #[test]
+    fn field_of_view_is_of_the_shorter_axis() {
+        let c = Camera::new(&pinhole(90.0), 200, 100);
+        let top = c.ray(100.0, 0.0, [0.0; 2]).direction;
+        assert!(top.abs_diff_eq(Vec3::new(0.0, 1.0, 1.0).normalize(), 1e-6), "{top}");
+        let left = c.ray(0.0, 50.0, [0.0; 2]).direction;
+        assert!(left.abs_diff_eq(Vec3::new(-2.0, 0.0, 1.0).normalize(), 1e-6));
+        let c = Camera::new(&pinhole(90.0), 100, 200);
+        let right = c.ray(100.0, 100.0, [0.0; 2]).direction;
+        assert!(right.abs_diff_eq(Vec3::new(1.0, 0.0, 1.0).normalize(), 1e-6));
+    }
+
+    /// A point at distance z projects, through a lens of radius r focused at f, onto the plane in focus as a
+    /// disk of radius r |z - f| / z: the circle of confusion.
+    #[test]
+    fn circle_of_confusion() {
+        let (r, f, z) = (0.1f32, 4.0f32, 2.5f32);
+        let camera = d::Camera { lens_radius: r, focal_distance: f, ..pinhole(60.0) };
+        let c = Camera::new(&camera, 64, 64);
+        let n = 1 << 14;
+        let (mut radii, mut largest) = (0.0f64, 0.0f32);
+        for i in 0..n {
+            let u = owen_sobol_2d(i, 1).map(|b| (b >> 8) as f32 / 16_777_216.0);
+            let ray = c.ray(20.0, 40.0, u);
+            let centre = c.ray(20.0, 40.0, [0.5, 0.5]);
+            // Where the ray crosses depth z, relative to the ray through the centre of the lens.
+            let at = |ray: &CameraRay, z: f32| ray.origin + ray.direction * (z / ray.direction.z);
+            let blur = (at(&ray, z) - at(&centre, z)).length();
+            radii += f64::from(blur * blur) / f64::from(n);
+            largest = largest.max(blur);
+            assert!((at(&ray, f) - at(&centre, f)).length() < 1e-5, "the plane in focus is sharp");
+        }
+        let expected = r * (f - z) / f;
+        assert!((largest - expected).abs() < 1e-3 * expected, "{largest} {expected}");
+        // Uniform on the disk: mean square radius is half the squared radius.
+        assert!((radii - f64::from(expected * expected) / 2.0).abs() < 1e-3 * f64::from(expected * expected));
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel() {
+        let camera = d::Camera { projection: Projection::Orthographic, ..d::Camera::default() };
+        let c = Camera::new(&camera, 100, 100);
+        let ray = c.ray(75.0, 25.0, [0.0; 2]);
+        assert_eq!(ray.direction, Vec3::Z);
+        assert!(ray.origin.abs_diff_eq(Vec3::new(0.5, 0.5, 0.0), 1e-6));
+    }
+
+    #[test]
+    fn transforms_apply() {
+        let mut camera = pinhole(60.0);
+        camera.camera_to_world = Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)) * Mat4::from_scale(Vec3::splat(5.0));
+        let ray = Camera::new(&camera, 10, 10).ray(5.0, 5.0, [0.0; 2]);
+        assert!(ray.origin.abs_diff_eq(Vec3::new(1.0, 2.0, 3.0), 1e-6));
+        assert!((ray.direction.length() - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,292 @@
+//! Materials of a scene, compiled: what does not vary over a surface is computed once.
+
+use super::{Bsdf, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use crate::needs::Needs;
+use crate::texture::{Color, Scalar, TextureTable};
+use crate::materials::microfacet::Ggx;
+use glam::Vec3;
+use sparing_scene::description::{self as d, MaterialKind};
+
+/// Where and how a material is looked up.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingInput {
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Whether `wo` is on the side of the geometric normal.
+    pub front: bool,
+    /// Uniform in [0, 1): which material of a mix.
+    pub choice: f32,
+}
+
+/// A compiled material.
+#[derive(Clone, Debug)]
+pub struct Material {
+    model: Model,
+    /// Texture of tangent-space normals.
+    pub normal_map: Option<Color>,
+    /// Texture of heights.
+    pub bump: Option<Scalar>,
+}
+
+#[derive(Clone, Debug)]
+enum Model {
+    /// Nothing varies: seen from the front, from the back.
+    Fixed([Bsdf; 2]),
+    Diffuse(Color),
+    Conductor { substance: Substance, roughness: Roughness },
+    Dielectric { eta: f32, tint: Color, roughness: Roughness },
+    CoatedDiffuse { reflectance: Color, eta: f32, internal_reflectance: f32, roughness: Roughness },
+    DiffuseTransmission { reflectance: Color, transmittance: Color },
+    Mix { materials: [u32; 2], amount: Scalar },
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Substance {
+    EtaK(Color, Color),
+    Reflectance(Color),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Roughness {
+    u: Scalar,
+    v: Scalar,
+    remap: bool,
+}
+
+impl Roughness {
+    fn ggx(&self, textures: &TextureTable, uv: [f32; 2]) -> Ggx {
+        let alpha = |s| {
+            let r = textures.eval_scalar(s, uv);
+            if self.remap { r.max(0.0).sqrt() } else { r }
+        };
+        Ggx::new(alpha(self.u), alpha(self.v))
+    }
+
+    fn is_constant(&self) -> bool {
+        matches!((self.u, self.v), (Scalar::Constant(_), Scalar::Constant(_)))
+    }
+}
+
+/// All materials of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct MaterialTable {
+    materials: Vec<Material>,
+}
+
+impl MaterialTable {
+    /// Compiles the materials of a scene.
+    #[must_use]
+    pub fn new(materials: &[d::Material], textures: &TextureTable) -> Self {
+        Self { materials: materials.iter().map(|m| Material::new(m, textures)).collect() }
+    }
+
+    /// The material with an index.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, id: u32) -> &Material {
+        &self.materials[id as usize]
+    }
+
+    /// The BSDF of material `id` at a point, and the material that a mix chose.
+    #[inline]
+    #[must_use]
+    pub fn bsdf(&self, id: u32, textures: &TextureTable, input: ShadingInput) -> (Bsdf, &Material) {
+        let mut material = self.get(id);
+        let mut input = input;
+        // Loaders refuse cyclic mixes; the bound is for descriptions made by hand.
+        for _ in 0..16 {
+            let Model::Mix { materials, amount } = &material.model else { break };
+            let t = textures.eval_scalar(*amount, input.uv).clamp(0.0, 1.0);
+            let second = input.choice < t;
+            input.choice = if second { input.choice / t } else { (input.choice - t) / (1.0 - t) };
+            material = self.get(materials[usize::from(second)]);
+        }
+        (material.model.bsdf(textures, input), material)
+    }
+
+    /// What material `id` asks of the integrator.
+    #[must_use]
+    pub fn needs(&self, id: u32) -> Needs {
+        self.needs_to_depth(id, 16)
+    }
+
+    fn needs_to_depth(&self, id: u32, depth: u32) -> Needs {
+        let m = self.get(id);
+        let mut needs = Needs::empty();
+        needs.set(Needs::NORMAL_MAPS, m.normal_map.is_some() || m.bump.is_some());
+        needs.set(Needs::TANGENTS, needs.contains(Needs::NORMAL_MAPS) || m.is_anisotropic());
+        needs.set(Needs::TEXTURE_COORDINATES, m.varies() || needs.contains(Needs::NORMAL_MAPS));
+        match &m.model {
+            Model::Fixed([Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::Interface, _]) => {}
+            Model::Diffuse(_) | Model::Conductor { .. } => {}
+            Model::Fixed([b, _]) => {
+                needs |= Needs::CHOICE;
+                needs.set(Needs::TRANSMISSION, b.is_transmissive());
+            }
+            Model::Dielectric { .. } | Model::DiffuseTransmission { .. } => {
+                needs |= Needs::CHOICE | Needs::TRANSMISSION;
+            }
+            Model::Mix { materials, .. } => {
+                needs |= Needs::CHOICE | Needs::MIXES;
+                if depth > 0 {
+                    for id in materials {
+                        needs |= self.needs_to_depth(*id, depth - 1);
+                    }
+                }
+            }
+            _ => needs |= Needs::CHOICE,
+        }
+        needs
+    }
+
+    /// Whether no light sample can contribute at material `id`.
+    #[must_use]
+    pub fn is_all_delta(&self, id: u32) -> bool {
+        matches!(&self.get(id).model, Model::Fixed([a, b]) if a.is_all_delta() && b.is_all_delta())
+    }
+
+    /// Whether material `id` is nothing at all.
+    #[must_use]
+    pub fn is_interface(&self, id: u32) -> bool {
+        matches!(self.get(id).model, Model::Fixed([Bsdf::Interface, _]))
+    }
+}
+
+impl Material {
+    fn new(m: &d::Material, textures: &TextureTable) -> Self {
+        let model = Model::new(&m.kind, textures);
+        let normal_map = m.normal_map.map(|t| textures.color(d::ColorInput::Texture(t)));
+        let bump = m.bump.map(|t| textures.scalar(d::FloatInput::Texture(t)));
+        // A constant height changes nothing.
+        let bump = bump.filter(|b| matches!(b, Scalar::Texture(_)));
+        Self { model, normal_map, bump }
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        match &self.model {
+            Model::Fixed(sides) => sides.iter().any(Bsdf::is_anisotropic),
+            Model::Conductor { roughness, .. }
+            | Model::Dielectric { roughness, .. }
+            | Model::CoatedDiffuse { roughness, .. } => roughness.u != roughness.v,
+            _ => false,
+        }
+    }
+
+    fn varies(&self) -> bool {
+        match &self.model {
+            Model::Fixed(_) => false,
+            Model::Mix { amount, .. } => matches!(amount, Scalar::Texture(_)),
+            _ => true,
+        }
+    }
+}
+
+impl Model {
+    fn new(kind: &MaterialKind, textures: &TextureTable) -> Self {
+        let roughness = |r: &d::Roughness| Roughness {
+            u: textures.scalar(r.u),
+            v: textures.scalar(r.v),
+            remap: r.remap,
+        };
+        let color = |c: &d::ColorInput| textures.color(*c);
+        let fixed = |c: Color| matches!(c, Color::Constant(_));
+        let (model, is_fixed) = match kind {
+            MaterialKind::Diffuse { reflectance } => {
+                let c = color(reflectance);
+                (Self::Diffuse(c), fixed(c))
+            }
+            MaterialKind::Conductor { conductor, roughness: r } => {
+                let (substance, constant) = match conductor {
+                    d::Conductor::EtaK { eta, k } => {
+                        let (eta, k) = (color(eta), color(k));
+                        (Substance::EtaK(eta, k), fixed(eta) && fixed(k))
+                    }
+                    d::Conductor::Reflectance(c) => {
+                        let c = color(c);
+                        (Substance::Reflectance(c), fixed(c))
+                    }
+                };
+                let roughness = roughness(r);
+                (Self::Conductor { substance, roughness }, constant && roughness.is_constant())
+            }
+            MaterialKind::Dielectric { eta, roughness: r, tint } => {
+                let (roughness, tint) = (roughness(r), color(tint));
+                (Self::Dielectric { eta: *eta, tint, roughness }, fixed(tint) && roughness.is_constant())
+            }
+            MaterialKind::ThinDielectric { eta } => {
+                let b = Bsdf::ThinDielectric(ThinDielectric { eta: *eta });
+                return Self::Fixed([b, b]);
+            }
+            MaterialKind::CoatedDiffuse { reflectance, roughness: r, eta } => {
+                let (roughness, reflectance) = (roughness(r), color(reflectance));
+                let internal_reflectance = CoatedDiffuse::internal_reflectance(*eta);
+                let m = Self::CoatedDiffuse { reflectance, eta: *eta, internal_reflectance, roughness };
+                (m, fixed(reflectance) && roughness.is_constant())
+            }
+            MaterialKind::DiffuseTransmission { reflectance, transmittance } => {
+                let (reflectance, transmittance) = (color(reflectance), color(transmittance));
+                let constant = fixed(reflectance) && fixed(transmittance);
+                (Self::DiffuseTransmission { reflectance, transmittance }, constant)
+            }
+            MaterialKind::Mix { materials, amount } => {
+                let materials = [materials[0].0, materials[1].0];
+                return Self::Mix { materials, amount: textures.scalar(*amount) };
+            }
+            MaterialKind::Interface => return Self::Fixed([Bsdf::Interface; 2]),
+        };
+        if is_fixed {
+            let at = |front| model.bsdf(textures, ShadingInput { uv: [0.0; 2], front, choice: 0.0 });
+            return Self::Fixed([at(true), at(false)]);
+        }
+        model
+    }
+
+    #[inline]
+    fn bsdf(&self, textures: &TextureTable, input: ShadingInput) -> Bsdf {
+        match self {
+            Self::Fixed(sides) => sides[usize::from(!input.front)],
+            other => other.varying_bsdf(textures, input),
+        }
+    }
+
+    fn varying_bsdf(&self, textures: &TextureTable, input: ShadingInput) -> Bsdf {
+        let uv = input.uv;
+        // Negative and NaN reflectances become 0; above 1 a surface would emit.
+        let albedo = |c: Color| unit(textures.eval_color(c, uv));
+        match self {
+            Self::Fixed(sides) => sides[usize::from(!input.front)],
+            Self::Diffuse(c) => Bsdf::Diffuse(Diffuse { reflectance: albedo(*c) }),
+            Self::Conductor { substance, roughness } => {
+                let (eta, k) = match substance {
+                    Substance::EtaK(eta, k) => (textures.eval_color(*eta, uv), textures.eval_color(*k, uv)),
+                    Substance::Reflectance(c) => (Vec3::ONE, Conductor::k_from_reflectance(albedo(*c))),
+                };
+                Bsdf::Conductor(Conductor { eta, k, ggx: roughness.ggx(textures, uv) })
+            }
+            Self::Dielectric { eta, tint, roughness } => {
+                let eta = if input.front { *eta } else { 1.0 / *eta };
+                let (tint, ggx) = (albedo(*tint), roughness.ggx(textures, uv));
+                Bsdf::Dielectric(Dielectric { eta, tint, ggx })
+            }
+            Self::CoatedDiffuse { reflectance, eta, internal_reflectance, roughness } => {
+                Bsdf::CoatedDiffuse(CoatedDiffuse {
+                    reflectance: albedo(*reflectance),
+                    eta: *eta,
+                    internal_reflectance: *internal_reflectance,
+                    ggx: roughness.ggx(textures, uv),
+                })
+            }
+            Self::DiffuseTransmission { reflectance, transmittance } => {
+                let (r, t) = (albedo(*reflectance), albedo(*transmittance));
+                let excess = (r + t).max(Vec3::ONE); // never more than all of the light
+                Bsdf::DiffuseTransmission(DiffuseTransmission { reflectance: r / excess, transmittance: t / excess })
+            }
+            Self::Mix { .. } => Bsdf::Interface, // resolved by MaterialTable::bsdf
+        }
+    }
+}
+
+fn unit(v: Vec3) -> Vec3 {
+    let clean = |x: f32| if x > 0.0 { x.min(1.0) } else { 0.0 };
+    Vec3::new(clean(v.x), clean(v.y), clean(v.z))
+}

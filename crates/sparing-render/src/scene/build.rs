@@ -1,0 +1,396 @@
+//! From a description to a scene that is ready to render.
+
+use super::emitters::LightBuilder;
+use super::surface::{FaceLights, Mesh, ShapeGeometry, ShapeRecord};
+use super::{BuildError, InstanceRecord, Scene, SceneStatistics};
+use crate::camera::Camera;
+use crate::counters::{Counter, count};
+use crate::filter::FilterSampler;
+use crate::lights::{Emission, LightContext, LightTable};
+use crate::materials::MaterialTable;
+use crate::needs::Needs;
+use crate::sampler::{hash, to_unit_float};
+use crate::texture::{Image, Scalar, TextureTable};
+use embree4::{BuildQuality, Device, FeatureMask, SceneBuilder, SceneFlags, SharedBuffer};
+use glam::Vec3;
+use rayon::prelude::*;
+use sparing_scene::SceneDescription;
+use sparing_scene::description::{self as d, ColorInput, Geometry, ImageId};
+use std::sync::Arc;
+
+/// How to build.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildOptions {
+    /// Threads of Embree's builders; 0 for all.
+    pub threads: usize,
+    /// Watertight intersections.
+    pub robust: bool,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { threads: 0, robust: true }
+    }
+}
+
+impl Scene {
+    /// Builds a scene. Vertices are handed over to Embree without a copy.
+    ///
+    /// # Errors
+    /// See [`BuildError`].
+    pub fn build(description: SceneDescription, options: BuildOptions) -> Result<Self, BuildError> {
+        let camera = Camera::new(&description.camera, description.film.width, description.film.height);
+        let filter = FilterSampler::new(description.filter);
+        let mut warnings = Vec::new();
+        let images = decode(&description)?;
+        let textures = Arc::new(TextureTable::new(&description.textures, images.clone()));
+        let materials = MaterialTable::new(&description.materials, &textures);
+
+        let device = Device::builder().threads(options.threads).build()?;
+        let mut parts = Parts {
+            device: device.clone(),
+            robust: options.robust,
+            textures: Arc::clone(&textures),
+            materials: &materials,
+            shapes: Vec::new(),
+            emissions: Vec::new(),
+            needs: Needs::empty(),
+            statistics: SceneStatistics::default(),
+        };
+        parts.needs.set(Needs::DEPTH_OF_FIELD, camera.has_lens());
+        let mut top = parts.builder();
+        for shape in description.shapes {
+            parts.attach(&mut top, shape)?;
+        }
+        let top_level_shapes = parts.shapes.len() as u32;
+        let mut objects = Vec::new();
+        for object in description.objects {
+            let first = parts.shapes.len() as u32;
+            let mut builder = parts.builder();
+            for shape in object.shapes {
+                parts.attach(&mut builder, shape)?;
+            }
+            objects.push((builder.commit()?, first, parts.shapes.len() as u32));
+        }
+        let mut instances = Vec::new();
+        let mut next_id = top_level_shapes + 1;
+        for instance in &description.instances {
+            let (scene, first, end) = &objects[instance.object as usize];
+            let m = instance.object_to_world;
+            if !(m.matrix3.determinant() != 0.0 && m.inverse().is_finite() && m.is_finite()) {
+                warnings.push("an object placed by a singular transform was left out".to_owned());
+                continue;
+            }
+            top.attach(embree4::Instance::new(scene, m.to_cols_array()))?;
+            instances.push(InstanceRecord::new(m, *first, next_id));
+            next_id += end - first;
+            parts.needs |= Needs::INSTANCES;
+        }
+        let embree = top.commit()?;
+
+        let Parts { mut shapes, emissions, mut needs, mut statistics, .. } = parts;
+        let context = LightContext { emissions: &emissions, textures: &textures };
+        let lights = collect_lights(
+            &description.lights,
+            &images,
+            &mut shapes,
+            top_level_shapes,
+            &mut instances,
+            &objects.iter().map(|o| (o.1, o.2)).collect::<Vec<_>>(),
+            &embree,
+            &context,
+        )?;
+        needs |= light_needs(&lights, &emissions, &shapes, &materials);
+        statistics.shapes = shapes.len() as u64;
+        statistics.instances = instances.len() as u64;
+        statistics.lights = lights.len() as u64;
+        statistics.materials = description.materials.len() as u64;
+        statistics.texture_bytes = textures.bytes() as u64;
+        statistics.embree_bytes = device.memory_bytes();
+        if lights.is_empty() {
+            warnings.push("the scene has no light: the picture will be black".to_owned());
+        }
+        Ok(Self {
+            embree,
+            shapes,
+            instances,
+            top_level_shapes,
+            materials,
+            textures: Arc::unwrap_or_clone(textures),
+            emissions,
+            lights,
+            camera,
+            filter,
+            features: features(needs),
+            needs,
+            warnings,
+            statistics,
+        })
+    }
+}
+
+/// Decodes the pictures that textures or lights use, in parallel.
+fn decode(description: &SceneDescription) -> Result<Vec<Option<Image>>, BuildError> {
+    let mut used = vec![false; description.images.len()];
+    let mut mark = |id: &ImageId| used[id.0 as usize] = true;
+    for texture in &description.textures {
+        if let d::Texture::Image { image, .. } = texture {
+            mark(image);
+        }
+    }
+    for light in &description.lights {
+        if let d::Light::Environment { image: Some(image), .. } = light {
+            mark(image);
+        }
+    }
+    let images: Result<Vec<_>, _> = description
+        .images
+        .par_iter()
+        .zip(&used)
+        .map(|(image, used)| used.then(|| Image::load(image)).transpose())
+        .collect();
+    Ok(images?)
+}
+
+struct Parts<'a> {
+    device: Device,
+    robust: bool,
+    textures: Arc<TextureTable>,
+    materials: &'a MaterialTable,
+    shapes: Vec<ShapeRecord>,
+    emissions: Vec<Emission>,
+    needs: Needs,
+    statistics: SceneStatistics,
+}
+
+impl Parts<'_> {
+    fn builder(&self) -> SceneBuilder {
+        let flags = if self.robust { SceneFlags::ROBUST } else { SceneFlags::empty() };
+        SceneBuilder::new(&self.device).flags(flags).build_quality(BuildQuality::High)
+    }
+
+    fn attach(&mut self, builder: &mut SceneBuilder, shape: d::Shape) -> Result<(), BuildError> {
+        let material = shape.material.0;
+        if shape.emission.is_none() && self.materials.is_interface(material) {
+            return Ok(()); // nothing to see, and it must not cast shadows
+        }
+        let alpha = shape.alpha.map(|a| self.textures.scalar(a));
+        if alpha == Some(Scalar::Constant(0.0)) {
+            return Ok(());
+        }
+        let alpha = alpha.filter(|a| !matches!(a, Scalar::Constant(v) if *v >= 1.0));
+        self.needs |= self.materials.needs(material);
+        self.needs.set(Needs::ALPHA, self.needs.contains(Needs::ALPHA) || alpha.is_some());
+        let emission = shape.emission.map(|e| self.emission(&e));
+        let (geometry, id) = match shape.geometry {
+            Geometry::Triangles(m) => self.triangles(builder, m, alpha)?,
+            Geometry::Quads(m) => self.quads(builder, m, alpha)?,
+            Geometry::Sphere { center, radius, axes } => {
+                self.needs |= Needs::SPHERES;
+                let point = vec![[center.x, center.y, center.z, radius]];
+                let mut g = embree4::Spheres::new(point);
+                if let Some(a) = alpha {
+                    let (t, axes) = (Arc::clone(&self.textures), axes);
+                    let test = alpha_test(t, a, move |h| {
+                        let p = Vec3::from(h.org()) + Vec3::from(h.dir()) * h.tfar();
+                        super::surface::sphere_uv((p - center).normalize_or_zero(), &axes)
+                    });
+                    g = g.filter(test.clone()).occlusion_filter(test);
+                }
+                (ShapeGeometry::Sphere { center, radius, axes }, builder.attach(g)?)
+            }
+            Geometry::Disk { center, normal, tangent, radius } => {
+                self.needs |= Needs::DISKS;
+                let point = vec![[center.x, center.y, center.z, radius]];
+                let mut g = embree4::OrientedDiscs::new(point, vec![normal.to_array()]);
+                if let Some(a) = alpha {
+                    let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
+                        let p = Vec3::from(h.org()) + Vec3::from(h.dir()) * h.tfar();
+                        let q = (p - center) / radius;
+                        super::surface::disk_uv(q.dot(tangent), q.dot(normal.cross(tangent)))
+                    });
+                    g = g.filter(test.clone()).occlusion_filter(test);
+                }
+                (ShapeGeometry::Disk { center, normal, tangent, radius }, builder.attach(g)?)
+            }
+        };
+        debug_assert!(id.0 as usize <= self.shapes.len(), "ids follow the order of attachment");
+        self.shapes.push(ShapeRecord {
+            geometry,
+            material,
+            emission,
+            flip: shape.reverse_orientation,
+            lights: FaceLights::None,
+        });
+        Ok(())
+    }
+
+    fn emission(&mut self, e: &d::Emission) -> u32 {
+        let emission = Emission { radiance: self.textures.color(e.radiance), two_sided: e.two_sided };
+        self.needs |= Needs::EMISSION;
+        if matches!(e.radiance, ColorInput::Texture(_)) {
+            self.needs |= Needs::TEXTURE_COORDINATES;
+        }
+        if let Some(i) = self.emissions.iter().position(|x| *x == emission) {
+            return i as u32;
+        }
+        self.emissions.push(emission);
+        self.emissions.len() as u32 - 1
+    }
+
+    fn mesh<const N: usize>(
+        &mut self,
+        positions: Vec<[f32; 3]>,
+        indices: Vec<[u32; N]>,
+        normals: Option<Vec<[f32; 3]>>,
+        uvs: Option<Vec<[f32; 2]>>,
+    ) -> Mesh<N>
+    where
+        [u32; N]: embree4::Element,
+    {
+        self.needs.set(Needs::SHADING_NORMALS, self.needs.contains(Needs::SHADING_NORMALS) || normals.is_some());
+        let count = |n: usize, each: usize| (n * each) as u64;
+        self.statistics.geometry_bytes += count(positions.len(), 12)
+            + count(indices.len(), 4 * N)
+            + count(normals.as_ref().map_or(0, Vec::len), 12)
+            + count(uvs.as_ref().map_or(0, Vec::len), 8);
+        Mesh {
+            positions: SharedBuffer::from(positions),
+            indices: SharedBuffer::from(indices),
+            normals,
+            uvs: uvs.map(Arc::new),
+        }
+    }
+
+    fn triangles(
+        &mut self,
+        builder: &mut SceneBuilder,
+        m: d::TriangleMesh,
+        alpha: Option<Scalar>,
+    ) -> Result<(ShapeGeometry, embree4::GeometryId), BuildError> {
+        self.needs |= Needs::TRIANGLES;
+        self.statistics.triangles += m.indices.len() as u64;
+        let mesh = self.mesh(m.positions, m.indices, m.normals, m.uvs);
+        let mut g = embree4::TriangleMesh::new(mesh.positions.clone(), mesh.indices.clone());
+        if let Some(a) = alpha {
+            let (uvs, indices) = (mesh.uvs.clone(), mesh.indices.clone());
+            let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
+                let (u, v) = (h.u(), h.v());
+                let Some(uvs) = &uvs else { return [u + v, v] };
+                let f = indices[h.prim_id() as usize].map(|i| uvs[i as usize]);
+                [0, 1].map(|k| f[0][k] * (1.0 - u - v) + f[1][k] * u + f[2][k] * v)
+            });
+            g = g.filter(test.clone()).occlusion_filter(test);
+        }
+        let id = builder.attach(g)?;
+        Ok((ShapeGeometry::Triangles(mesh), id))
+    }
+
+    fn quads(
+        &mut self,
+        builder: &mut SceneBuilder,
+        m: d::QuadMesh,
+        alpha: Option<Scalar>,
+    ) -> Result<(ShapeGeometry, embree4::GeometryId), BuildError> {
+        self.needs |= Needs::QUADS;
+        self.statistics.quads += m.indices.len() as u64;
+        let mesh = self.mesh(m.positions, m.indices, m.normals, m.uvs);
+        let mut g = embree4::QuadMesh::new(mesh.positions.clone(), mesh.indices.clone());
+        if let Some(a) = alpha {
+            let (uvs, indices) = (mesh.uvs.clone(), mesh.indices.clone());
+            let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
+                let (u, v) = (h.u(), h.v());
+                let Some(uvs) = &uvs else { return [u, v] };
+                let f = indices[h.prim_id() as usize].map(|i| uvs[i as usize]);
+                if u + v <= 1.0 {
+                    [0, 1].map(|k| f[0][k] * (1.0 - u - v) + f[1][k] * u + f[3][k] * v)
+                } else {
+                    let (u, v) = (1.0 - u, 1.0 - v);
+                    [0, 1].map(|k| f[2][k] * (1.0 - u - v) + f[3][k] * u + f[1][k] * v)
+                }
+            });
+            g = g.filter(test.clone()).occlusion_filter(test);
+        }
+        let id = builder.attach(g)?;
+        Ok((ShapeGeometry::Quads(mesh), id))
+    }
+}
+
+/// Opacity as a filter function: between 0 and 1 a number hashed from the ray and the hit decides, so that a
+/// ray always sees the same.
+fn alpha_test(
+    textures: Arc<TextureTable>,
+    alpha: Scalar,
+    uv: impl Fn(&embree4::FilterHit<'_>) -> [f32; 2] + Clone + Send + Sync + 'static,
+) -> impl Fn(&embree4::FilterHit<'_>) -> bool + Clone + Send + Sync + 'static {
+    move |h| {
+        count(Counter::AlphaTest);
+        let a = textures.eval_scalar(alpha, uv(h));
+        if a >= 1.0 {
+            return true;
+        }
+        if a.is_nan() || a <= 0.0 {
+            return false;
+        }
+        let d = h.dir();
+        let o = h.org();
+        let bits = [d[0], d[1], d[2], o[0], o[1], o[2]];
+        let random = bits.iter().fold(h.prim_id(), |seed, x| hash(seed ^ x.to_bits()));
+        to_unit_float(random) < a
+    }
+}
+
+#[allow(clippy::too_many_arguments, reason = "one call, the parts of a scene")]
+fn collect_lights(
+    described: &[d::Light],
+    images: &[Option<Image>],
+    shapes: &mut [ShapeRecord],
+    top_level: u32,
+    instances: &mut [InstanceRecord],
+    objects: &[(u32, u32)],
+    embree: &embree4::Scene,
+    context: &LightContext<'_>,
+) -> Result<LightTable, BuildError> {
+    let mut builder = LightBuilder::default();
+    for light in described {
+        builder.add(light, images)?;
+    }
+    for shape in &mut shapes[..top_level as usize] {
+        shape.lights = builder.add_shape(shape, None)?;
+    }
+    for instance in instances {
+        let Some((first, end)) = objects.iter().find(|o| o.0 == instance.first_shape) else { continue };
+        let lights: Result<Vec<_>, _> =
+            shapes[*first as usize..*end as usize].iter().map(|s| builder.add_shape(s, Some(instance))).collect();
+        instance.lights = lights?;
+    }
+    let b = embree.bounds();
+    let radius = 0.5 * (Vec3::from(b.upper) - Vec3::from(b.lower)).length();
+    let radius = if radius.is_finite() { radius } else { 1.0 };
+    Ok(LightTable::new(builder.lights, &builder.groups, radius, context))
+}
+
+fn light_needs(lights: &LightTable, emissions: &[Emission], shapes: &[ShapeRecord], materials: &MaterialTable) -> Needs {
+    let mut needs = Needs::empty();
+    let environment = lights.lights().iter().any(|l| matches!(l, crate::lights::Light::Environment(_)));
+    needs.set(Needs::ENVIRONMENT, environment);
+    needs.set(Needs::EMISSION, !emissions.is_empty());
+    let lit = shapes.iter().any(|s| !materials.is_all_delta(s.material));
+    needs.set(Needs::LIGHT_SAMPLING, lit && lights.can_sample());
+    let by_chance = lights.lights().iter().any(|l| !l.is_delta());
+    needs.set(Needs::MIS, needs.contains(Needs::LIGHT_SAMPLING) && by_chance);
+    needs.set(Needs::CHOICE, needs.contains(Needs::LIGHT_SAMPLING) && lights.len() > 1);
+    needs
+}
+
+fn features(needs: Needs) -> FeatureMask {
+    let pairs = [
+        (Needs::TRIANGLES, FeatureMask::TRIANGLE),
+        (Needs::QUADS, FeatureMask::QUAD),
+        (Needs::SPHERES, FeatureMask::POINT),
+        (Needs::DISKS, FeatureMask::POINT),
+        (Needs::INSTANCES, FeatureMask::INSTANCE),
+        (Needs::ALPHA, FeatureMask::FILTER),
+    ];
+    pairs.iter().filter(|p| needs.contains(p.0)).fold(FeatureMask::empty(), |mask, p| mask | p.1)
+}

@@ -1,0 +1,186 @@
+//! From emitting shapes to lights.
+
+use super::surface::{FaceLights, ShapeGeometry, ShapeRecord};
+use super::{BuildError, InstanceRecord};
+use crate::lights::{
+    DiskLight, DistantLight, Environment, EnvironmentMap, FlatLight, Light, PointLight, SphereLight, SpotLight,
+};
+use crate::sampling::Frame;
+use crate::texture::Image;
+use glam::Vec3;
+use sparing_scene::description as d;
+
+/// Lights as they are collected.
+#[derive(Debug, Default)]
+pub(super) struct LightBuilder {
+    pub lights: Vec<Light>,
+    /// Source that each light is part of.
+    pub groups: Vec<u32>,
+    sources: u32,
+}
+
+impl LightBuilder {
+    fn push(&mut self, light: Light) -> u32 {
+        self.lights.push(light);
+        self.groups.push(self.sources);
+        self.lights.len() as u32 - 1
+    }
+
+    /// A light that is not a shape.
+    pub fn add(&mut self, light: &d::Light, images: &[Option<Image>]) -> Result<(), BuildError> {
+        let light = match light {
+            d::Light::Point { position, intensity } => {
+                Light::Point(PointLight { position: *position, intensity: *intensity })
+            }
+            d::Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+                let start = (cone_angle - cone_delta).max(0.0);
+                Light::Spot(SpotLight {
+                    position: *position,
+                    direction: direction.normalize_or(Vec3::Z),
+                    intensity: *intensity,
+                    cos_start: start.to_radians().cos(),
+                    cos_end: cone_angle.to_radians().cos(),
+                })
+            }
+            d::Light::Distant { direction, irradiance } => {
+                Light::Distant(DistantLight { towards: -direction.normalize_or(Vec3::NEG_Y), irradiance: *irradiance })
+            }
+            d::Light::Environment { radiance, image, light_to_world } => {
+                let map = match image.and_then(|i| images[i.0 as usize].clone()) {
+                    None => None,
+                    Some(image) => {
+                        let (w, h) = (image.width(), image.height());
+                        Some(EnvironmentMap::new(image).ok_or_else(|| {
+                            BuildError::Invalid(format!(
+                                "an environment map must be square (equal-area) or twice as wide as high \
+                                 (latitude-longitude), not {w}x{h}"
+                            ))
+                        })?)
+                    }
+                };
+                Light::Environment(Environment { radiance: *radiance, map, light_to_world: *light_to_world })
+            }
+        };
+        self.push(light);
+        self.sources += 1;
+        Ok(())
+    }
+
+    /// The lights of an emitting shape, placed by `instance`.
+    pub fn add_shape(&mut self, shape: &ShapeRecord, instance: Option<&InstanceRecord>) -> Result<FaceLights, BuildError> {
+        let Some(emission) = shape.emission else { return Ok(FaceLights::None) };
+        let place = |p: Vec3| instance.map_or(p, |i| i.object_to_world.transform_point3(p));
+        let mirrored = instance.is_some_and(|i| i.handedness < 0.0);
+        let flip = shape.flip != mirrored;
+        let lights = match &shape.geometry {
+            ShapeGeometry::Triangles(mesh) => {
+                let faces: Vec<Face> = mesh
+                    .indices
+                    .iter()
+                    .map(|f| {
+                        let uvs = mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], |uvs| f.map(|i| uvs[i as usize]));
+                        let p = f.map(|i| place(Vec3::from(mesh.positions[i as usize])));
+                        let turned = against_normals(&p, mesh.normals.as_deref(), f, instance);
+                        Face { p, uvs, flip: turned.unwrap_or(mirrored) != shape.flip }
+                    })
+                    .collect();
+                self.add_triangles(&faces, emission)
+            }
+            ShapeGeometry::Quads(mesh) => {
+                let mut lights = Vec::with_capacity(mesh.indices.len());
+                for f in mesh.indices.iter() {
+                    let p = f.map(|i| place(Vec3::from(mesh.positions[i as usize])));
+                    let uvs = mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], |uvs| f.map(|i| uvs[i as usize]));
+                    if !is_parallelogram(&p) {
+                        return Err(BuildError::Invalid("an emitting quad must be a parallelogram; split it into triangles".into()));
+                    }
+                    let corner = [p[0], p[1], p[3]];
+                    let turned = against_normals(&corner, mesh.normals.as_deref(), &[f[0], f[1], f[3]], instance);
+                    let flip = turned.unwrap_or(mirrored) != shape.flip;
+                    let light = FlatLight::new(p[0], p[1] - p[0], p[3] - p[0], flip, true, [uvs[0], uvs[1], uvs[3]], emission);
+                    lights.push(light.map_or(u32::MAX, |l| self.push(Light::Flat(l))));
+                }
+                lights
+            }
+            ShapeGeometry::Sphere { center, radius, axes } => {
+                let (scale, rotation) = similarity(instance)?;
+                let axes = axes.map(|a| rotation * a);
+                let light = SphereLight { center: place(*center), radius: radius * scale, axes, flip: shape.flip, emission };
+                vec![self.push(Light::Sphere(light))]
+            }
+            ShapeGeometry::Disk { center, normal, tangent, radius } => {
+                let (scale, rotation) = similarity(instance)?;
+                let (normal, tangent) = (rotation * *normal, rotation * *tangent);
+                let z = if flip { -normal } else { normal };
+                let frame = Frame { x: tangent, y: normal.cross(tangent), z };
+                vec![self.push(Light::Disk(DiskLight { center: place(*center), frame, radius: radius * scale, emission }))]
+            }
+        };
+        self.sources += 1;
+        Ok(FaceLights::PerFace(lights))
+    }
+
+    /// Two triangles that follow each other and make a parallelogram become one light, with better-spread samples.
+    fn add_triangles(&mut self, faces: &[Face], emission: u32) -> Vec<u32> {
+        let mut lights = Vec::with_capacity(faces.len());
+        while lights.len() < faces.len() {
+            let face = &faces[lights.len()];
+            if let Some(light) = faces.get(lights.len() + 1).and_then(|next| parallelogram(face, next, emission)) {
+                let id = self.push(Light::Flat(light));
+                lights.extend([id, id]);
+                continue;
+            }
+            let [a, b, c] = face.p;
+            let light = FlatLight::new(a, b - a, c - a, face.flip, false, face.uvs, emission);
+            lights.push(light.map_or(u32::MAX, |l| self.push(Light::Flat(l))));
+        }
+        lights
+    }
+}
+
+struct Face {
+    p: [Vec3; 3],
+    uvs: [[f32; 2]; 3],
+    flip: bool,
+}
+
+/// The parallelogram of triangles (a, b, c) and (a, c, d): the usual halves of a quad.
+fn parallelogram(first: &Face, second: &Face, emission: u32) -> Option<FlatLight> {
+    let [a, b, c] = first.p;
+    let shared = second.p[0] == a && second.p[1] == c && second.uvs[0] == first.uvs[0] && second.uvs[1] == first.uvs[2];
+    if !shared || first.flip != second.flip || !is_parallelogram(&[a, b, c, second.p[2]]) {
+        return None;
+    }
+    let uv_closes = (0..2).all(|k| {
+        let gap = first.uvs[1][k] + second.uvs[2][k] - first.uvs[0][k] - first.uvs[2][k];
+        gap.abs() <= 1e-5
+    });
+    let uvs = [first.uvs[0], first.uvs[1], second.uvs[2]];
+    uv_closes.then(|| FlatLight::new(a, b - a, second.p[2] - a, first.flip, true, uvs, emission)).flatten()
+}
+
+fn is_parallelogram(p: &[Vec3; 4]) -> bool {
+    let gap = (p[1] + p[3]) - (p[0] + p[2]);
+    gap.length() <= 1e-5 * ((p[2] - p[0]).length() + (p[3] - p[1]).length())
+}
+
+/// Whether the winding of a face disagrees with its vertex normals; `None` without normals.
+fn against_normals(p: &[Vec3; 3], normals: Option<&[[f32; 3]]>, face: &[u32; 3], instance: Option<&InstanceRecord>) -> Option<bool> {
+    let normals = normals?;
+    let sum: Vec3 = face.iter().map(|i| Vec3::from(normals[*i as usize])).sum();
+    let sum = instance.map_or(sum, |i| Vec3::from(i.normal_to_world * glam::Vec3A::from(sum)));
+    let ng = (p[1] - p[0]).cross(p[2] - p[0]);
+    (sum.length_squared() > 0.0 && sum.is_finite()).then(|| ng.dot(sum) < 0.0)
+}
+
+/// Scale and rotation (or mirroring) of a placement of a round light.
+fn similarity(instance: Option<&InstanceRecord>) -> Result<(f32, glam::Mat3), BuildError> {
+    let Some(i) = instance else { return Ok((1.0, glam::Mat3::IDENTITY)) };
+    let m = glam::Mat3::from(i.object_to_world.matrix3);
+    let scale = m.x_axis.length();
+    let r = m * (1.0 / scale);
+    if !(r.transpose() * r).abs_diff_eq(glam::Mat3::IDENTITY, 1e-3) {
+        return Err(BuildError::Invalid("an emitting sphere or disk cannot be placed with shear or uneven scale".into()));
+    }
+    Ok((scale, r))
+}

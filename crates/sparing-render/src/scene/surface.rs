@@ -1,0 +1,353 @@
+//! From an Embree hit to a point on a surface.
+//!
+//! Points of meshes are interpolated from the vertices, which is accurate to a few ulp of the vertex
+//! coordinates however far the ray came; points of spheres and disks are projected back onto them. Origins of
+//! further rays are moved off the surface by [`OFFSET_ULPS`] ulp of the largest coordinate involved, so
+//! offsets scale with the scene (compare "Physically Based Rendering", 4th ed., section 6.8).
+
+use super::{InstanceRecord, Scene};
+use crate::counters::{Counter, count};
+use crate::needs::Needs;
+use embree4::SharedBuffer;
+use glam::{Affine3A, Mat3A, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::Arc;
+
+/// Distance of ray origins from surfaces, in units of 2^-24 of the largest coordinate.
+pub const OFFSET_ULPS: f32 = 32.0;
+const OFFSET_SCALE: f32 = OFFSET_ULPS / 16_777_216.0;
+
+/// The numbers of a shape that hits need.
+#[derive(Clone, Debug)]
+pub enum ShapeGeometry {
+    /// Triangles.
+    Triangles(Mesh<3>),
+    /// Quads, each as Embree's two triangles (0,1,3) and (2,3,1).
+    Quads(Mesh<4>),
+    /// One sphere.
+    Sphere {
+        /// Centre.
+        center: Vec3,
+        /// Radius.
+        radius: f32,
+        /// Axes of the texture coordinates.
+        axes: [Vec3; 3],
+    },
+    /// One disk.
+    Disk {
+        /// Centre.
+        center: Vec3,
+        /// Unit normal.
+        normal: Vec3,
+        /// Unit tangent.
+        tangent: Vec3,
+        /// Radius.
+        radius: f32,
+    },
+}
+
+/// An indexed mesh, shared with Embree.
+#[derive(Clone, Debug)]
+pub struct Mesh<const N: usize>
+where
+    [u32; N]: embree4::Element,
+{
+    /// Vertices.
+    pub positions: SharedBuffer<[f32; 3]>,
+    /// Corners of each face.
+    pub indices: SharedBuffer<[u32; N]>,
+    /// Vertex normals.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Vertex texture coordinates.
+    pub uvs: Option<Arc<Vec<[f32; 2]>>>,
+}
+
+/// A shape of the scene.
+#[derive(Clone, Debug)]
+pub struct ShapeRecord {
+    /// Its numbers.
+    pub geometry: ShapeGeometry,
+    /// Index of its material.
+    pub material: u32,
+    /// Index of its emission.
+    pub emission: Option<u32>,
+    /// Whether its normal is turned round.
+    pub flip: bool,
+    /// Lights of its faces.
+    pub lights: FaceLights,
+}
+
+/// Which light each face of an emitting shape is.
+#[derive(Clone, Debug, Default)]
+pub enum FaceLights {
+    /// The shape does not emit.
+    #[default]
+    None,
+    /// Light of each face; `u32::MAX` for a face without area.
+    PerFace(Vec<u32>),
+}
+
+impl FaceLights {
+    /// Light of a face.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, face: u32) -> Option<u32> {
+        match self {
+            Self::None => None,
+            Self::PerFace(lights) => lights.get(face as usize).copied().filter(|l| *l != u32::MAX),
+        }
+    }
+}
+
+/// A hit, by Embree's ids.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    /// Shape among the scene's (top-level or of an object).
+    pub shape: u32,
+    /// Instance, if any.
+    pub instance: Option<u32>,
+    /// Face of the shape.
+    pub face: u32,
+    /// Embree's coordinates within the face.
+    pub u: f32,
+    /// Embree's coordinates within the face.
+    pub v: f32,
+}
+
+/// A point on a surface in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position.
+    pub p: Vec3,
+    /// Unit geometric normal on the outer side.
+    pub ng: Vec3,
+    /// Unit shading normal on the same side.
+    pub ns: Vec3,
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Derivative of the position by u; zero unless tangents are needed.
+    pub dpdu: Vec3,
+    /// Derivative of the position by v; zero unless tangents are needed.
+    pub dpdv: Vec3,
+    /// How far off the surface rays start.
+    pub offset: f32,
+}
+
+impl SurfacePoint {
+    /// Where a ray along `w` starts: on its side of the surface.
+    #[inline]
+    #[must_use]
+    pub fn ray_origin(&self, w: Vec3) -> Vec3 {
+        self.p + self.ng * self.offset.copysign(self.ng.dot(w))
+    }
+}
+
+/// Texture coordinates of a sphere: longitude and, from the pole, latitude.
+#[must_use]
+pub fn sphere_uv(normal: Vec3, axes: &[Vec3; 3]) -> [f32; 2] {
+    let (x, y, z) = (normal.dot(axes[0]), normal.dot(axes[1]), normal.dot(axes[2]));
+    let phi = y.atan2(x);
+    [(if phi < 0.0 { phi + 2.0 * PI } else { phi }) * 0.5 * FRAC_1_PI, x.hypot(y).atan2(-z) * FRAC_1_PI]
+}
+
+/// Texture coordinates of a unit disk: angle, and distance from the rim.
+#[must_use]
+pub fn disk_uv(x: f32, y: f32) -> [f32; 2] {
+    let phi = y.atan2(x);
+    [(if phi < 0.0 { phi + 2.0 * PI } else { phi }) * 0.5 * FRAC_1_PI, 1.0 - x.hypot(y).min(1.0)]
+}
+
+impl Scene {
+    /// The point of a hit. `origin`, `direction` and `t` are the ray's; only round shapes use them.
+    #[inline]
+    #[must_use]
+    pub fn surface_point<const NEEDS: u32>(
+        &self,
+        hit: &SurfaceHit,
+        origin: Vec3,
+        direction: Vec3,
+        t: f32,
+    ) -> SurfacePoint {
+        let shape = &self.shapes[hit.shape as usize];
+        let instance = hit.instance.map(|i| &self.instances[i as usize]);
+        let mut s = match &shape.geometry {
+            ShapeGeometry::Triangles(mesh) => {
+                let [a, b, c] = mesh.indices[hit.face as usize];
+                mesh.triangle::<NEEDS>([a, b, c], TRIANGLE_UVS, hit.u, hit.v, instance)
+            }
+            ShapeGeometry::Quads(mesh) => {
+                let [a, b, c, d] = mesh.indices[hit.face as usize];
+                if hit.u + hit.v <= 1.0 {
+                    mesh.triangle::<NEEDS>([a, b, d], [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], hit.u, hit.v, instance)
+                } else {
+                    let uvs = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
+                    mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, instance)
+                }
+            }
+            ShapeGeometry::Sphere { center, radius, axes } => {
+                round_point(origin, direction, t, instance, |p| sphere_point(p, *center, *radius, axes))
+            }
+            ShapeGeometry::Disk { center, normal, tangent, radius } => {
+                round_point(origin, direction, t, instance, |p| disk_point(p, *center, *normal, *tangent, *radius))
+            }
+        };
+        if shape.flip {
+            s.ng = -s.ng;
+            s.ns = -s.ns;
+        }
+        s
+    }
+}
+
+const TRIANGLE_UVS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+
+impl<const N: usize> Mesh<N>
+where
+    [u32; N]: embree4::Element,
+{
+    #[inline]
+    fn triangle<const NEEDS: u32>(
+        &self,
+        corners: [u32; 3],
+        default_uvs: [[f32; 2]; 3],
+        u: f32,
+        v: f32,
+        instance: Option<&InstanceRecord>,
+    ) -> SurfacePoint {
+        let needs = Needs::from_bits_retain(NEEDS);
+        let mut p = corners.map(|i| Vec3::from(self.positions[i as usize]));
+        if needs.contains(Needs::INSTANCES) {
+            if let Some(i) = instance {
+                p = p.map(|p| i.object_to_world.transform_point3(p));
+            }
+        }
+        let w = 1.0 - u - v;
+        let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
+        let mut ng = e1.cross(e2).normalize_or_zero();
+        let position = p[0] * w + p[1] * u + p[2] * v;
+        let largest = p[0].abs().max(p[1].abs()).max(p[2].abs()).max_element();
+        let mut offset = largest * OFFSET_SCALE;
+        if needs.contains(Needs::INSTANCES) {
+            if let Some(i) = instance {
+                ng *= i.handedness;
+                offset = offset.max(i.magnitude * OFFSET_SCALE);
+            }
+        }
+        let mut ns = ng;
+        if needs.contains(Needs::SHADING_NORMALS) {
+            if let Some(normals) = &self.normals {
+                count(Counter::ShadingNormal);
+                let n = corners.map(|i| Vec3::from(normals[i as usize]));
+                let mut n = n[0] * w + n[1] * u + n[2] * v;
+                if let Some(i) = instance {
+                    n = Vec3::from(i.normal_to_world * glam::Vec3A::from(n));
+                }
+                let length = n.length();
+                // Degenerate normals fall back to the face's.
+                if length > 0.0 && length.is_finite() {
+                    ns = n / length;
+                    if ng.dot(ns) < 0.0 {
+                        ng = -ng; // the vertex normals say which side is outside
+                    }
+                }
+            }
+        }
+        let (mut uv, mut dpdu, mut dpdv) = ([0.0; 2], Vec3::ZERO, Vec3::ZERO);
+        if needs.intersects(Needs::TEXTURE_COORDINATES.union(Needs::TANGENTS)) {
+            count(Counter::TextureCoordinates);
+            let uvs = match &self.uvs {
+                Some(all) => corners.map(|i| all[i as usize]),
+                None => default_uvs,
+            };
+            uv = [0, 1].map(|k| uvs[0][k] * w + uvs[1][k] * u + uvs[2][k] * v);
+            if needs.contains(Needs::TANGENTS) {
+                (dpdu, dpdv) = derivatives(e1, e2, uvs, ng);
+            }
+        }
+        SurfacePoint { p: position, ng, ns, uv, dpdu, dpdv, offset }
+    }
+}
+
+/// Derivatives of the position by the texture coordinates; any tangents where those are degenerate.
+fn derivatives(e1: Vec3, e2: Vec3, uvs: [[f32; 2]; 3], ng: Vec3) -> (Vec3, Vec3) {
+    let d = |i: usize, k: usize| uvs[i][k] - uvs[0][k];
+    let determinant = d(1, 0) * d(2, 1) - d(1, 1) * d(2, 0);
+    let inv = 1.0 / determinant;
+    let (dpdu, dpdv) = ((e1 * d(2, 1) - e2 * d(1, 1)) * inv, (e2 * d(1, 0) - e1 * d(2, 0)) * inv);
+    if dpdu.is_finite() && dpdv.is_finite() && dpdu.cross(dpdv) != Vec3::ZERO {
+        (dpdu, dpdv)
+    } else {
+        let frame = crate::sampling::Frame::from_z(ng);
+        (frame.x, frame.y)
+    }
+}
+
+#[inline]
+fn round_point(
+    origin: Vec3,
+    direction: Vec3,
+    t: f32,
+    instance: Option<&InstanceRecord>,
+    point: impl Fn(Vec3) -> SurfacePoint,
+) -> SurfacePoint {
+    let p = origin + direction * t;
+    let Some(i) = instance else { return point(p) };
+    let mut s = point(i.world_to_object.transform_point3(p));
+    s.p = i.object_to_world.transform_point3(s.p);
+    let normal = |n: Vec3| Vec3::from(i.normal_to_world * glam::Vec3A::from(n)).normalize_or_zero();
+    s.ng = normal(s.ng);
+    s.ns = normal(s.ns);
+    s.dpdu = i.object_to_world.transform_vector3(s.dpdu);
+    s.dpdv = i.object_to_world.transform_vector3(s.dpdv);
+    let largest = s.p.abs().max_element().max(i.magnitude);
+    s.offset = largest * 4.0 * OFFSET_SCALE;
+    s
+}
+
+fn sphere_point(p: Vec3, center: Vec3, radius: f32, axes: &[Vec3; 3]) -> SurfacePoint {
+    let n = (p - center).normalize_or_zero();
+    let p = center + n * radius;
+    let pole = axes[2];
+    let r = (n - pole * n.dot(pole)) * radius; // from the axis to the point
+    let dpdu = pole.cross(r) * (2.0 * PI);
+    // v grows from the south pole.
+    let dpdv = (pole - n * n.dot(pole)).normalize_or_zero() * (PI * radius);
+    let offset = (center.abs().max_element() + radius) * 4.0 * OFFSET_SCALE;
+    SurfacePoint { p, ng: n, ns: n, uv: sphere_uv(n, axes), dpdu, dpdv, offset }
+}
+
+fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -> SurfacePoint {
+    let d = p - center;
+    let d = d - normal * normal.dot(d);
+    let bitangent = normal.cross(tangent);
+    let (x, y) = (d.dot(tangent) / radius, d.dot(bitangent) / radius);
+    let dpdu = normal.cross(d) * (2.0 * PI);
+    let dpdv = -d.normalize_or_zero() * radius;
+    let offset = (center.abs().max_element() + radius) * 4.0 * OFFSET_SCALE;
+    SurfacePoint { p: center + d, ng: normal, ns: normal, uv: disk_uv(x, y), dpdu, dpdv, offset }
+}
+
+impl InstanceRecord {
+    /// A placement of an object whose shapes start at `first_shape`.
+    #[must_use]
+    pub(super) fn new(object_to_world: Affine3A, first_shape: u32, first_id: u32) -> Self {
+        let m = Mat3A::from(object_to_world.matrix3);
+        let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+        // Cofactors: right up to a factor even where the inverse overflows or does not exist.
+        let normal_to_world = Mat3A::from_cols(
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+            m.x_axis.cross(m.y_axis),
+        ) * handedness;
+        Self {
+            object_to_world,
+            world_to_object: object_to_world.inverse(),
+            normal_to_world,
+            handedness,
+            magnitude: Vec3::from(object_to_world.translation).abs().max_element(),
+            first_shape,
+            first_id,
+            lights: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! Textures, compiled: constants folded, pictures decoded once.
+
+use glam::Vec3;
+use sparing_image::picture::{Picture, PictureError, Pixels};
+use sparing_scene::description::{self as d, ColorInput, FloatInput, ImageSource, TextureEncoding, UvMapping, Wrap};
+use std::sync::Arc;
+
+/// A colour parameter after compilation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Color {
+    /// The same everywhere.
+    Constant(Vec3),
+    /// Index of a texture.
+    Texture(u32),
+}
+
+/// A scalar parameter after compilation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scalar {
+    /// The same everywhere.
+    Constant(f32),
+    /// Index of a texture.
+    Texture(u32),
+}
+
+#[derive(Clone, Debug)]
+enum Node {
+    Constant(Vec3),
+    Image { image: u32, mapping: UvMapping, wrap: Wrap, scale: f32, invert: bool },
+    Checkerboard { mapping: UvMapping, even: Color, odd: Color },
+    Scale { a: Color, b: Color },
+    Mix { a: Color, b: Color, amount: Scalar },
+}
+
+/// A decoded picture with the meaning of its numbers.
+#[derive(Clone, Debug)]
+pub struct Image {
+    picture: Arc<Picture>,
+    /// Linear value of each byte.
+    decode: Box<[f32; 256]>,
+    /// The value is the alpha channel.
+    alpha: bool,
+}
+
+impl Image {
+    /// Decodes the picture of a scene.
+    ///
+    /// # Errors
+    /// See [`PictureError`].
+    pub fn load(image: &d::Image) -> Result<Self, PictureError> {
+        let picture = match &image.source {
+            ImageSource::File(path) => Picture::read(path)?,
+            ImageSource::Bytes { name, bytes } => Picture::decode(bytes, name)?,
+        };
+        Ok(Self::new(picture, image.encoding))
+    }
+
+    /// A picture from memory.
+    #[must_use]
+    pub fn new(picture: Picture, encoding: TextureEncoding) -> Self {
+        let decode = Box::new(std::array::from_fn(|i| {
+            let v = i as f32 / 255.0;
+            match encoding {
+                TextureEncoding::Auto | TextureEncoding::Srgb => srgb_to_linear(v),
+                TextureEncoding::Linear | TextureEncoding::Alpha => v,
+                TextureEncoding::Gamma(g) => v.powf(g),
+            }
+        }));
+        let has_alpha = matches!(picture.pixels, Pixels::Rgba8 { has_alpha: true, .. });
+        Self { picture: Arc::new(picture), decode, alpha: has_alpha && encoding == TextureEncoding::Alpha }
+    }
+
+    /// Width in pixels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.picture.width
+    }
+
+    /// Height in pixels.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.picture.height
+    }
+
+    /// Bytes of the decoded picture.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let n = self.width() as usize * self.height() as usize;
+        match self.picture.pixels {
+            Pixels::Rgba8 { .. } => 4 * n,
+            Pixels::Rgb32F(_) => 12 * n,
+        }
+    }
+
+    /// Linear value of a pixel; row 0 is the top.
+    #[inline]
+    #[must_use]
+    pub fn texel(&self, x: u32, y: u32) -> Vec3 {
+        let i = y as usize * self.picture.width as usize + x as usize;
+        match &self.picture.pixels {
+            Pixels::Rgba8 { data, .. } => {
+                let [r, g, b, a] = data[i];
+                if self.alpha {
+                    return Vec3::splat(f32::from(a) / 255.0);
+                }
+                Vec3::new(self.decode[r as usize], self.decode[g as usize], self.decode[b as usize])
+            }
+            Pixels::Rgb32F(data) => Vec3::from(data[i]),
+        }
+    }
+
+    /// Bilinear value at texture coordinates; v = 0 is the bottom.
+    #[must_use]
+    pub fn bilinear(&self, uv: [f32; 2], wrap: Wrap) -> Vec3 {
+        let (w, h) = (self.width(), self.height());
+        let x = wrap_coordinate(uv[0], wrap) * w as f32 - 0.5;
+        let y = wrap_coordinate(1.0 - uv[1], wrap) * h as f32 - 0.5;
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let at = |dx: i64, dy: i64| {
+            match (wrap_index(x0 as i64 + dx, w, wrap), wrap_index(y0 as i64 + dy, h, wrap)) {
+                (Some(x), Some(y)) => self.texel(x, y),
+                _ => Vec3::ZERO,
+            }
+        };
+        let top = at(0, 0) * (1.0 - fx) + at(1, 0) * fx;
+        let bottom = at(0, 1) * (1.0 - fx) + at(1, 1) * fx;
+        top * (1.0 - fy) + bottom * fy
+    }
+}
+
+/// The sRGB transfer function, undone (IEC 61966-2-1).
+#[must_use]
+pub fn srgb_to_linear(v: f32) -> f32 {
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Reduces a coordinate so that huge values keep a meaning; NaN becomes 0.
+fn wrap_coordinate(v: f32, wrap: Wrap) -> f32 {
+    let v = if v.is_finite() { v } else { 0.0 };
+    match wrap {
+        Wrap::Repeat => v - v.floor(),
+        Wrap::Mirror => v - 2.0 * (v * 0.5).floor(),
+        // Far outside, any value on the same side gives the same result.
+        Wrap::Clamp | Wrap::Black => v.clamp(-2.0, 3.0),
+    }
+}
+
+fn wrap_index(i: i64, n: u32, wrap: Wrap) -> Option<u32> {
+    let size = i64::from(n);
+    let wrapped = match wrap {
+        Wrap::Repeat => i.rem_euclid(size),
+        Wrap::Clamp => i.clamp(0, size - 1),
+        Wrap::Mirror => {
+            let m = i.rem_euclid(2 * size);
+            if m < size { m } else { 2 * size - 1 - m }
+        }
+        Wrap::Black if (0..size).contains(&i) => i,
+        Wrap::Black => return None,
+    };
+    Some(wrapped as u32)
+}
+
+/// All textures of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct TextureTable {
+    nodes: Vec<Node>,
+    images: Vec<Option<Image>>,
+}
+
+impl TextureTable {
+    /// Compiles the textures of a scene, whose pictures are `images` (`None` where no texture needs one).
+    #[must_use]
+    pub fn new(textures: &[d::Texture], images: Vec<Option<Image>>) -> Self {
+        let mut table = Self { nodes: Vec::with_capacity(textures.len()), images };
+        for texture in textures {
+            let node = table.compile(texture);
+            table.nodes.push(node);
+        }
+        table
+    }
+
+    fn compile(&self, texture: &d::Texture) -> Node {
+        match *texture {
+            d::Texture::Constant(v) => Node::Constant(v),
+            d::Texture::Image { image, mapping, wrap, scale, invert } => {
+                Node::Image { image: image.0, mapping, wrap, scale, invert }
+            }
+            d::Texture::Checkerboard { mapping, even, odd } => {
+                Node::Checkerboard { mapping, even: self.color(even), odd: self.color(odd) }
+            }
+            d::Texture::Scale { a, b } => match (self.color(a), self.color(b)) {
+                (Color::Constant(a), Color::Constant(b)) => Node::Constant(a * b),
+                (a, b) => Node::Scale { a, b },
+            },
+            d::Texture::Mix { a, b, amount } => match (self.color(a), self.color(b), self.scalar(amount)) {
+                (Color::Constant(a), Color::Constant(b), Scalar::Constant(t)) => Node::Constant(a.lerp(b, t)),
+                (a, b, amount) => Node::Mix { a, b, amount },
+            },
+        }
+    }
+
+    /// Compiles a parameter; textures that are constant become constants.
+    #[must_use]
+    pub fn color(&self, input: ColorInput) -> Color {
+        match input {
+            ColorInput::Constant(v) => Color::Constant(v),
+            ColorInput::Texture(id) => match self.nodes[id.0 as usize] {
+                Node::Constant(v) => Color::Constant(v),
+                _ => Color::Texture(id.0),
+            },
+        }
+    }
+
+    /// Compiles a parameter; textures that are constant become constants.
+    #[must_use]
+    pub fn scalar(&self, input: FloatInput) -> Scalar {
+        match input {
+            FloatInput::Constant(v) => Scalar::Constant(v),
+            FloatInput::Texture(id) => match self.nodes[id.0 as usize] {
+                Node::Constant(v) => Scalar::Constant(mean(v)),
+                _ => Scalar::Texture(id.0),
+            },
+        }
+    }
+
+    /// Value of a colour parameter at texture coordinates.
+    #[inline]
+    #[must_use]
+    pub fn eval_color(&self, color: Color, uv: [f32; 2]) -> Vec3 {
+        match color {
+            Color::Constant(v) => v,
+            Color::Texture(id) => self.eval(id, uv),
+        }
+    }
+
+    /// Value of a scalar parameter at texture coordinates: the mean of the channels.
+    #[inline]
+    #[must_use]
+    pub fn eval_scalar(&self, scalar: Scalar, uv: [f32; 2]) -> f32 {
+        match scalar {
+            Scalar::Constant(v) => v,
+            Scalar::Texture(id) => mean(self.eval(id, uv)),
+        }
+    }
+
+    fn eval(&self, id: u32, uv: [f32; 2]) -> Vec3 {
+        crate::counters::count(crate::counters::Counter::TextureLookup);
+        match &self.nodes[id as usize] {
+            Node::Constant(v) => *v,
+            Node::Image { image, mapping, wrap, scale, invert } => {
+                let Some(image) = &self.images[*image as usize] else { return Vec3::ZERO };
+                let v = image.bilinear(map(mapping, uv), *wrap);
+                let v = if *invert { Vec3::ONE - v } else { v };
+                v * *scale
+            }
+            Node::Checkerboard { mapping, even, odd } => {
+                let [u, v] = map(mapping, uv);
+                // Parity in floating point: no overflow at huge coordinates.
+                let parity = (u.floor() + v.floor()) * 0.5;
+                self.eval_color(if parity == parity.floor() { *even } else { *odd }, uv)
+            }
+            Node::Scale { a, b } => self.eval_color(*a, uv) * self.eval_color(*b, uv),
+            Node::Mix { a, b, amount } => {
+                let t = self.eval_scalar(*amount, uv);
+                self.eval_color(*a, uv) * (1.0 - t) + self.eval_color(*b, uv) * t
+            }
+        }
+    }
+
+    /// Bytes of all decoded pictures.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.images.iter().flatten().map(Image::bytes).sum()
+    }
+}
+
+fn map(mapping: &UvMapping, uv: [f32; 2]) -> [f32; 2] {
+    [uv[0] * mapping.scale[0] + mapping.offset[0], uv[1] * mapping.scale[1] + mapping.offset[1]]
+}
+
+fn mean(v: Vec3) -> f32 {
+    (v.x + v.y + v.z) * (1.0 / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient() -> Image {
+        let data = vec![[0, 0, 0, 255], [255, 0, 0, 128], [0, 255, 0, 64], [255, 255, 255, 0]];
+        let pixels = Pixels::Rgba8 { data, has_alpha: true };
+        Image::new(Picture { width: 2, height: 2, pixels }, TextureEncoding::Linear)
+    }
+
+    #[test]
+    fn v_zero_is_the_bottom_row_and_centres_are_exact() {
+        let i = gradient();
+        assert_eq!(i.bilinear([0.25, 0.75], Wrap::Clamp), Vec3::ZERO);
+        assert_eq!(i.bilinear([0.75, 0.75], Wrap::Clamp), Vec3::X);
+        assert_eq!(i.bilinear([0.25, 0.25], Wrap::Clamp), Vec3::Y);
+        assert_eq!(i.bilinear([0.75, 0.25], Wrap::Clamp), Vec3::ONE);
+        assert_eq!(i.bilinear([0.5, 0.5], Wrap::Clamp), Vec3::new(0.5, 0.5, 0.25));
+    }
+
+    #[test]
+    fn wrap_modes() {
+        let i = gradient();
+        assert_eq!(i.bilinear([1.25, 0.75], Wrap::Repeat), Vec3::ZERO);
+        assert_eq!(i.bilinear([-0.25, 0.75], Wrap::Repeat), Vec3::X);
+        assert_eq!(i.bilinear([1.25, 0.75], Wrap::Mirror), Vec3::X);
+        assert_eq!(i.bilinear([9.0, 0.75], Wrap::Clamp), Vec3::X);
+        assert_eq!(i.bilinear([9.0, 0.75], Wrap::Black), Vec3::ZERO);
+        for uv in [[f32::NAN, 0.5], [1e30, -1e30], [f32::INFINITY, 0.0], [1e6, -1e6]] {
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp, Wrap::Black] {
+                assert!(i.bilinear(uv, wrap).is_finite(), "{uv:?} {wrap:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn alpha_encoding_reads_the_alpha_channel() {
+        let i = gradient();
+        let alpha = Image { alpha: true, ..i };
+        assert!((alpha.texel(1, 0).x - 128.0 / 255.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn constants_fold_and_checkers_alternate() {
+        use d::{Texture, TextureId};
+        let two = ColorInput::Constant(Vec3::splat(2.0));
+        let textures = [
+            Texture::Constant(Vec3::splat(0.25)),
+            Texture::Scale { a: ColorInput::Texture(TextureId(0)), b: two },
+            Texture::Checkerboard {
+                mapping: UvMapping::default(),
+                even: ColorInput::Texture(TextureId(1)),
+                odd: two,
+            },
+        ];
+        let t = TextureTable::new(&textures, vec![]);
+        assert_eq!(t.color(ColorInput::Texture(TextureId(1))), Color::Constant(Vec3::splat(0.5)));
+        assert_eq!(t.eval_scalar(Scalar::Texture(2), [0.5, 0.5]), 0.5);
+        assert_eq!(t.eval_scalar(Scalar::Texture(2), [1.5, 0.5]), 2.0);
+        assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, 0.5]), 2.0);
+        assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, -3.5]), 0.5);
+    }
+}

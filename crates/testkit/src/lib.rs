@@ -1,0 +1,4 @@
+//! Statistical tests for samplers and renders. For tests only: functions panic with a message on failure.
+
+pub mod chi_square;
+pub mod special;
