@@ -58,7 +58,7 @@ impl Scene {
             statistics: SceneStatistics::default(),
         };
         parts.needs.set(Needs::DEPTH_OF_FIELD, camera.has_lens());
-        let mut top = parts.builder();
+        let mut top = parts.builder()?;
         for shape in description.shapes {
             parts.attach(&mut top, shape)?;
         }
@@ -66,7 +66,7 @@ impl Scene {
         let mut objects = Vec::new();
         for object in description.objects {
             let first = parts.shapes.len() as u32;
-            let mut builder = parts.builder();
+            let mut builder = parts.builder()?;
             for shape in object.shapes {
                 parts.attach(&mut builder, shape)?;
             }
@@ -164,9 +164,9 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    fn builder(&self) -> SceneBuilder {
+    fn builder(&self) -> Result<SceneBuilder, embree4::Error> {
         let flags = if self.robust { SceneFlags::ROBUST } else { SceneFlags::empty() };
-        SceneBuilder::new(&self.device).flags(flags).build_quality(BuildQuality::High)
+        Ok(SceneBuilder::new(&self.device)?.flags(flags).build_quality(BuildQuality::High))
     }
 
     fn attach(&mut self, builder: &mut SceneBuilder, shape: d::Shape) -> Result<(), BuildError> {

@@ -1,0 +1,349 @@
+//! Paths of up to sixteen samples of one pixel, traced together.
+
+use super::shading::survival;
+use super::{Estimator, RenderSettings};
+use crate::counters::{Counter, count};
+use crate::materials::BsdfSample;
+use crate::needs::Needs;
+use crate::sampler::{Dimension, PixelSampler};
+use crate::sampling::power_heuristic;
+use crate::scene::Scene;
+use embree4::{QueryOptions, Ray, Ray16, RayHit, RayHit16, Valid16};
+use glam::Vec3;
+use sparing_image::film::Tile;
+
+/// Samples traced together.
+pub const PACKET: usize = 16;
+
+/// Rays traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraceStatistics {
+    /// From the camera.
+    pub camera: u64,
+    /// From surfaces, by BSDF sampling.
+    pub bounce: u64,
+    /// From surfaces to lights.
+    pub shadow: u64,
+}
+
+impl std::ops::AddAssign for TraceStatistics {
+    fn add_assign(&mut self, o: Self) {
+        self.camera += o.camera;
+        self.bounce += o.bounce;
+        self.shadow += o.shadow;
+    }
+}
+
+/// Samples `first .. first + n` (n at most [`PACKET`]) of the pixel with `index` in `tile`.
+pub(super) type TracePacket = fn(&Packet<'_>, &mut Tile, usize, u32, usize) -> TraceStatistics;
+
+/// What does not change from pixel to pixel.
+pub(super) struct Packet<'a> {
+    pub scene: &'a Scene,
+    pub settings: &'a RenderSettings,
+}
+
+/// The state of one path.
+#[derive(Clone, Copy)]
+struct Path {
+    throughput: Vec3,
+    radiance: Vec3,
+    /// Product of the squared relative indices of refraction: kept out of Russian roulette, since the radiance
+    /// gained by refraction is lost again on the way out.
+    eta_scale: f32,
+    /// Density of the BSDF sample that led here; infinite after a delta lobe or from the camera.
+    pdf: f32,
+    /// Origin of the segment, for light densities.
+    origin: Vec3,
+    filter_weight: f32,
+}
+
+impl Path {
+    const NONE: Self = Self {
+        throughput: Vec3::ONE,
+        radiance: Vec3::ZERO,
+        eta_scale: 1.0,
+        pdf: f32::INFINITY,
+        origin: Vec3::ZERO,
+        filter_weight: 1.0,
+    };
+}
+
+/// Light on its way to a vertex, pending a shadow ray.
+struct Shadows {
+    rays: Ray16,
+    light: [Vec3; PACKET],
+    lanes: u32,
+}
+
+/// Needs that change the compiled code; the others are decided at scene build.
+const SURFACE: Needs =
+    Needs::TEXTURE_COORDINATES.union(Needs::NORMAL_MAPS).union(Needs::TANGENTS).union(Needs::MIXES);
+const SHAPES: Needs = Needs::SHADING_NORMALS.union(Needs::INSTANCES);
+const OUTPUT: Needs = Needs::AUXILIARY.union(Needs::SHAPE_COUNT);
+
+/// The tracer compiled for the smallest set of needs that covers `needs`.
+pub(super) fn select(needs: Needs) -> TracePacket {
+    macro_rules! pick {
+        ([$($done:expr),*]) => {
+            trace_packet::<{ Needs::empty()$(.union($done))*.bits() }>
+        };
+        ([$($done:expr),*] $flags:expr $(, $rest:expr)*) => {
+            if needs.intersects($flags) {
+                pick!([$($done,)* $flags] $($rest),*)
+            } else {
+                pick!([$($done),*] $($rest),*)
+            }
+        };
+    }
+    pick!([] SURFACE, SHAPES, Needs::CHOICE, Needs::LIGHT_SAMPLING, Needs::MIS, OUTPUT)
+}
+
+fn trace_packet<const NEEDS: u32>(
+    packet: &Packet<'_>,
+    tile: &mut Tile,
+    index: usize,
+    first: u32,
+    n: usize,
+) -> TraceStatistics {
+    let needs = Needs::from_bits_retain(NEEDS);
+    let (scene, settings) = (packet.scene, packet.settings);
+    let (x, y) = (tile.x0 + index as u32 % sparing_image::film::TILE, tile.y0 + index as u32 / sparing_image::film::TILE);
+    let sampler = PixelSampler::new(settings.sampler, settings.seed, x, y);
+    let mut statistics = TraceStatistics { camera: n as u64, ..TraceStatistics::default() };
+
+    let mut paths = [Path::NONE; PACKET];
+    let mut hits = RayHit16::new(Ray16::EMPTY);
+    let mut cos_axis = [1.0f32; PACKET];
+    for lane in 0..n {
+        let sample = first + lane as u32;
+        let (offset, weight) = scene.filter.sample(sampler.get_2d(sample, 0, Dimension::Pixel));
+        let lens = if scene.camera.has_lens() {
+            count(Counter::Lens);
+            sampler.get_2d(sample, 0, Dimension::Lens)
+        } else {
+            [0.5; 2]
+        };
+        let ray = scene.camera.ray(x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1], lens);
+        hits.ray.set(lane, &Ray::new(ray.origin.to_array(), ray.direction.to_array()));
+        paths[lane].filter_weight = weight;
+        paths[lane].origin = ray.origin;
+        cos_axis[lane] = ray.cos_axis;
+    }
+    let coherent = QueryOptions { coherent: true, feature_mask: scene.features };
+    let incoherent = QueryOptions { coherent: false, feature_mask: scene.features };
+    scene.embree.intersect16_with(&coherent, &Valid16::first(n), &mut hits);
+
+    let mut active: u32 = (1u32 << n) - 1;
+    let mut depth = 0;
+    loop {
+        let mut shadows = Shadows { rays: Ray16::EMPTY, light: [Vec3::ZERO; PACKET], lanes: 0 };
+        for lane in Lanes(active) {
+            let path = &mut paths[lane];
+            let sample = first + lane as u32;
+            let wi = Vec3::new(hits.ray.dir_x[lane], hits.ray.dir_y[lane], hits.ray.dir_z[lane]);
+            let hit = scene.hit(
+                hits.hit.geom_id[lane],
+                hits.hit.inst_id[0][lane],
+                hits.hit.prim_id[lane],
+                hits.hit.u[lane],
+                hits.hit.v[lane],
+            );
+            if needs.contains(Needs::SHAPE_COUNT) && depth == 0 && !tile.shapes.is_empty() {
+                count(Counter::Shape);
+                tile.shapes[index].insert(hit.as_ref().map_or(0, |h| scene.shape_id(h)));
+            }
+            let Some(hit) = hit else {
+                active &= !(1 << lane);
+                if scene.needs().contains(Needs::ENVIRONMENT) {
+                    let (radiance, pdf) = scene.lights.environment(wi);
+                    path.radiance += path.throughput * radiance * hit_weight::<NEEDS>(settings, path.pdf, || pdf);
+                }
+                continue;
+            };
+            let t = hits.ray.tfar[lane];
+            let surface = scene.surface_point::<NEEDS>(&hit, path.origin, wi, t);
+            if let Some(light) = scene.light_of(&hit) {
+                let le = scene.emitted(&hit, surface.ng, surface.uv, -wi);
+                if le != Vec3::ZERO {
+                    let light_pdf = || {
+                        count(Counter::LightPdf);
+                        scene.lights.pdf_hit(light, path.origin, t, surface.ng.dot(wi).abs())
+                    };
+                    let weight = hit_weight::<NEEDS>(settings, path.pdf, light_pdf);
+                    path.radiance += path.throughput * le * weight;
+                }
+            }
+            if depth == settings.max_depth && !(depth == 0 && needs.contains(Needs::AUXILIARY)) {
+                active &= !(1 << lane);
+                continue;
+            }
+            let choice = if needs.intersects(Needs::MIXES) {
+                sampler.get_2d(sample, depth + 1, Dimension::Roulette)[1]
+            } else {
+                0.0
+            };
+            let vertex = scene.vertex::<NEEDS>(&hit, surface, -wi, choice);
+            if needs.contains(Needs::AUXILIARY) && depth == 0 && !tile.auxiliary.is_empty() {
+                count(Counter::Auxiliary);
+                let a = &mut tile.auxiliary[index];
+                a.albedo += vertex.bsdf.albedo();
+                a.normal += vertex.frame.z;
+                a.depth += t * cos_axis[lane];
+                a.hits += 1;
+                if settings.max_depth == 0 {
+                    active &= !(1 << lane);
+                    continue;
+                }
+            }
+            let [lobe, pick] = if needs.contains(Needs::CHOICE) {
+                count(Counter::Choice);
+                sampler.get_2d(sample, depth + 1, Dimension::Choice)
+            } else {
+                [0.5; 2]
+            };
+            if needs.contains(Needs::LIGHT_SAMPLING)
+                && settings.estimator != Estimator::BsdfOnly
+                && !vertex.bsdf.is_all_delta()
+            {
+                count(Counter::LightSample);
+                let u = sampler.get_2d(sample, depth + 1, Dimension::Light);
+                let context = scene.light_context();
+                if let Some(light) = scene.lights.sample(vertex.surface.p, pick, u, &context) {
+                    let wi = vertex.frame.to_local(light.wi);
+                    if vertex.is_consistent(light.wi, wi) {
+                        let e = vertex.bsdf.eval(vertex.wo, wi);
+                        let weight = if light.is_delta || settings.estimator == Estimator::LightOnly {
+                            1.0
+                        } else {
+                            power_heuristic(light.pdf, e.pdf)
+                        };
+                        let contribution = path.throughput * e.f_cos * light.radiance * (weight / light.pdf);
+                        if contribution != Vec3::ZERO {
+                            let origin = vertex.surface.ray_origin(light.wi);
+                            // The end is kept off the light itself.
+                            let tfar = light.distance * 0.9999;
+                            let ray = Ray::segment(origin.to_array(), light.wi.to_array(), 0.0, tfar);
+                            shadows.rays.set(lane, &ray);
+                            shadows.light[lane] = contribution;
+                            shadows.lanes |= 1 << lane;
+                        }
+                    }
+                }
+            }
+            let u = sampler.get_2d(sample, depth + 1, Dimension::Bsdf);
+            let Some(s) = vertex.bsdf.sample(vertex.wo, lobe, u) else {
+                active &= !(1 << lane);
+                continue;
+            };
+            let direction = vertex.frame.to_world(s.wi).normalize();
+            if !continue_path(path, &s, vertex.is_consistent(direction, s.wi)) {
+                active &= !(1 << lane);
+                continue;
+            }
+            let survive = survival(settings, depth, path.throughput * path.eta_scale);
+            if survive < 1.0 {
+                if sampler.get_2d(sample, depth + 1, Dimension::Roulette)[0] >= survive {
+                    active &= !(1 << lane);
+                    continue;
+                }
+                path.throughput /= survive;
+            }
+            let origin = vertex.surface.ray_origin(direction);
+            // Light densities are those from the surface, not from the offset origin.
+            path.origin = vertex.surface.p;
+            hits.ray.set(lane, &Ray::new(origin.to_array(), direction.to_array()));
+        }
+        if needs.contains(Needs::LIGHT_SAMPLING) && shadows.lanes != 0 {
+            statistics.shadow += u64::from(shadows.lanes.count_ones());
+            let options = if depth == 0 { &coherent } else { &incoherent };
+            trace_shadows(scene, options, &mut shadows, &mut paths);
+        }
+        if active == 0 || depth == settings.max_depth {
+            break;
+        }
+        depth += 1;
+        statistics.bounce += u64::from(active.count_ones());
+        for lane in Lanes(active) {
+            let mut query = RayHit::new(hits.ray.get(lane));
+            scene.embree.intersect_with(&incoherent, &mut query);
+            hits.ray.tfar[lane] = query.ray.tfar;
+            hits.hit.u[lane] = query.hit.u;
+            hits.hit.v[lane] = query.hit.v;
+            hits.hit.prim_id[lane] = query.hit.prim_id;
+            hits.hit.geom_id[lane] = query.hit.geom_id;
+            hits.hit.inst_id[0][lane] = query.hit.inst_id[0];
+        }
+    }
+    for (lane, path) in paths.iter().enumerate().take(n) {
+        tile.add_sample(index, first + lane as u32, path.radiance, path.filter_weight);
+    }
+    statistics
+}
+
+/// Weight of emission that a path found by chance, having sampled its direction with density `bsdf_pdf`.
+#[inline]
+fn hit_weight<const NEEDS: u32>(settings: &RenderSettings, bsdf_pdf: f32, light_pdf: impl FnOnce() -> f32) -> f32 {
+    if !Needs::from_bits_retain(NEEDS).contains(Needs::MIS) || bsdf_pdf == f32::INFINITY {
+        return 1.0; // light sampling cannot find it
+    }
+    match settings.estimator {
+        Estimator::Mis => power_heuristic(bsdf_pdf, light_pdf()),
+        Estimator::LightOnly => f32::from(light_pdf() == 0.0),
+        Estimator::BsdfOnly => 1.0,
+    }
+}
+
+/// Updates a path with a BSDF sample; false where no light can come from there.
+#[inline]
+fn continue_path(path: &mut Path, s: &BsdfSample, consistent: bool) -> bool {
+    if !consistent || s.weight == Vec3::ZERO {
+        return false;
+    }
+    path.throughput *= s.weight;
+    if s.wi.z < 0.0 && s.is_delta {
+        // weight holds 1 / eta²; tints only lower it further, which roulette may use
+        path.eta_scale /= s.weight.max_element().max(1e-4);
+    }
+    path.pdf = if s.is_delta { f32::INFINITY } else { s.pdf };
+    true
+}
+
+/// Adds the light of all shadow rays that reach it.
+#[inline]
+fn trace_shadows(scene: &Scene, options: &QueryOptions, shadows: &mut Shadows, paths: &mut [Path; PACKET]) {
+    let lanes = shadows.lanes;
+    if lanes.count_ones() <= 2 {
+        for lane in Lanes(lanes) {
+            let mut ray = shadows.rays.get(lane);
+            if !scene.embree.occluded_with(options, &mut ray) {
+                paths[lane].radiance += shadows.light[lane];
+            }
+        }
+        return;
+    }
+    let valid = Valid16::from_fn(|lane| lanes >> lane & 1 == 1);
+    scene.embree.occluded16_with(options, &valid, &mut shadows.rays);
+    for lane in Lanes(lanes) {
+        if shadows.rays.tfar[lane] != f32::NEG_INFINITY {
+            paths[lane].radiance += shadows.light[lane];
+        }
+    }
+}
+
+/// The lanes of a bit mask, lowest first.
+struct Lanes(u32);
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let lane = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(lane)
+    }
+}

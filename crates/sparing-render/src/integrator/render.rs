@@ -1,0 +1,103 @@
+//! Filling a film: waves of samples over tiles, in parallel.
+
+use super::packet::{PACKET, Packet, TracePacket, TraceStatistics, select};
+use super::RenderSettings;
+use crate::needs::Needs;
+use crate::scene::Scene;
+use rayon::prelude::*;
+use sparing_image::film::{Film, FilmOptions, TILE, Tile};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// A scene with settings, ready to sample pixels.
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    settings: RenderSettings,
+    trace: TracePacket,
+}
+
+/// One pass over the film that brings every active pixel to `target` samples.
+#[derive(Debug, Default)]
+pub struct Wave {
+    /// Samples that each active pixel has afterwards.
+    pub target: u32,
+    /// Set from outside to end the wave at the next pixel.
+    pub stop: AtomicBool,
+    /// Samples taken so far, for progress.
+    pub samples: AtomicU64,
+}
+
+impl<'a> Renderer<'a> {
+    /// Prepares the tracer for a scene and what the film keeps.
+    #[must_use]
+    pub fn new(scene: &'a Scene, settings: RenderSettings, film: FilmOptions) -> Self {
+        let mut needs = scene.needs();
+        needs.set(Needs::AUXILIARY, film.auxiliary);
+        needs.set(Needs::SHAPE_COUNT, film.shapes);
+        Self { scene, settings, trace: select(needs) }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// Brings every pixel for which `active` holds to `wave.target` samples. Returns the rays traced.
+    pub fn run(
+        &self,
+        film: &mut Film,
+        wave: &Wave,
+        active: impl Fn(&Tile, usize) -> bool + Sync,
+    ) -> TraceStatistics {
+        film.tiles
+            .par_iter_mut()
+            .map(|tile| self.run_tile(tile, wave, &active))
+            .reduce(TraceStatistics::default, |mut a, b| {
+                a += b;
+                a
+            })
+    }
+
+    fn run_tile(&self, tile: &mut Tile, wave: &Wave, active: &impl Fn(&Tile, usize) -> bool) -> TraceStatistics {
+        let mut statistics = TraceStatistics::default();
+        let mut samples = 0;
+        for y in 0..tile.height {
+            for x in 0..tile.width {
+                let index = (y * TILE + x) as usize;
+                if wave.stop.load(Ordering::Relaxed) {
+                    wave.samples.fetch_add(samples, Ordering::Relaxed);
+                    return statistics;
+                }
+                if active(tile, index) {
+                    let from = tile.pixels[index].count();
+                    statistics += self.sample_pixel(tile, index, from, wave.target);
+                    samples += u64::from(wave.target.saturating_sub(from));
+                }
+            }
+        }
+        wave.samples.fetch_add(samples, Ordering::Relaxed);
+        statistics
+    }
+
+    /// Takes samples `from..to` of one pixel. Packets start at multiples of [`PACKET`] (and at 8), so the same
+    /// samples travel together whatever the waves.
+    pub fn sample_pixel(&self, tile: &mut Tile, index: usize, from: u32, to: u32) -> TraceStatistics {
+        let packet = Packet { scene: self.scene, settings: &self.settings };
+        let mut statistics = TraceStatistics::default();
+        let mut first = from;
+        while first < to {
+            // The first 16 samples go in two halves: 8 is where the first decision falls.
+            let border = if first < 8 { 8 } else { (first / PACKET as u32 + 1) * PACKET as u32 };
+            let end = border.min(to);
+            statistics += (self.trace)(&packet, tile, index, first, (end - first) as usize);
+            first = end;
+        }
+        statistics
+    }
+}
