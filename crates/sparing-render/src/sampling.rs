@@ -131,6 +131,8 @@ impl Frame {
         let length = x.length();
         if length > 1e-4 * tangent.length() && length.is_finite() && length > 0.0 {
             let x = x / length;
+            // Once more: the first step cancels digits where the tangent is nearly the normal.
+            let x = (x - z * z.dot(x)).normalize();
             Self { x, y: z.cross(x), z }
         } else {
             Self::from_z(z)

@@ -343,6 +343,6 @@ mod tests {
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [0.5, 0.5]), 0.5);
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [1.5, 0.5]), 2.0);
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, 0.5]), 2.0);
-        assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, -3.5]), 0.5);
+        assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, -3.5]), 2.0);
     }
 }
