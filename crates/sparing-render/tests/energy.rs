@@ -1,0 +1,110 @@
+//! White furnace and reciprocity of every material: under uniform light of radiance 1 no material sends back
+//! more than it gets, and those that should lose nothing lose nothing.
+
+use glam::Vec3;
+use sparing_render::materials::microfacet::Ggx;
+use sparing_render::materials::{Bsdf, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
+
+/// Reflected share of uniform light: the mean of the sample weights. `radiance` undoes the 1/eta² of refraction.
+fn albedo(bsdf: &Bsdf, wo: Vec3, refraction: f32) -> f32 {
+    let s = PixelSampler::new(SamplerKind::Sobol, 1, 2, 3);
+    let n = 16_384;
+    let sum: f64 = (0..n)
+        .filter_map(|i| {
+            let u = s.get_2d(i, 0, Dimension::Bsdf);
+            let lobe = s.get_2d(i, 0, Dimension::Choice)[0];
+            let b = bsdf.sample(wo, lobe, u)?;
+            let factor = if b.wi.z < 0.0 { refraction } else { 1.0 };
+            Some(f64::from(b.weight.x * factor))
+        })
+        .sum();
+    (sum / f64::from(n)) as f32
+}
+
+fn angles() -> impl Iterator<Item = Vec3> {
+    [0.0f32, 0.4, 0.9, 1.3, 1.5, 1.56].into_iter().map(|t| Vec3::new(t.sin() * 0.6, t.sin() * 0.8, t.cos()).normalize())
+}
+
+fn alphas() -> [Ggx; 5] {
+    [(0.0, 0.0), (0.01, 0.01), (0.2, 0.2), (0.1, 0.6), (1.0, 1.0)].map(|(x, y)| Ggx::new(x, y))
+}
+
+#[test]
+fn nothing_gains_energy_and_smooth_white_loses_none() {
+    for wo in angles() {
+        let check = |name: &str, bsdf: Bsdf, refraction: f32, lower: f32| {
+            let a = albedo(&bsdf, wo, refraction);
+            assert!(a <= 1.004 && a >= lower, "{name} at {wo}: {a}, lower bound {lower}");
+        };
+        check("diffuse", Bsdf::Diffuse(Diffuse { reflectance: Vec3::ONE }), 1.0, 0.9999);
+        let leaf = DiffuseTransmission { reflectance: Vec3::splat(0.4), transmittance: Vec3::splat(0.6) };
+        check("diffuse transmission", Bsdf::DiffuseTransmission(leaf), 1.0, 0.99);
+        check("thin dielectric", Bsdf::ThinDielectric(ThinDielectric { eta: 1.5 }), 1.0, 0.9999);
+        check("interface", Bsdf::Interface, 1.0, 1.0);
+        for ggx in alphas() {
+            // Light that meets a second facet is lost, as in pbrt: up to ln 2 of it at alpha 1 (see below).
+            let smooth = ggx.is_smooth();
+            let k = Conductor::k_from_reflectance(Vec3::ONE);
+            let metal = Conductor { eta: Vec3::ONE, k, ggx };
+            check("white metal", Bsdf::Conductor(metal), 1.0, if smooth { 0.999 } else { 0.28 });
+            for eta in [1.5f32, 1.0 / 1.5, 1.0] {
+                let glass = Dielectric { eta, tint: Vec3::ONE, ggx };
+                check("glass", Bsdf::Dielectric(glass), eta * eta, if smooth || eta == 1.0 { 0.9998 } else { 0.25 });
+            }
+            let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
+            let plastic = CoatedDiffuse { reflectance: Vec3::ONE, eta: 1.5, internal_reflectance, ggx };
+            check("white plastic", Bsdf::CoatedDiffuse(plastic), 1.0, if smooth { 0.995 } else { 0.4 });
+        }
+    }
+}
+
+/// f(wo, wi) = f(wi, wo) for reflection; f(wo, wi) eta_i^-2 = f(wi, wo) eta_o^-2 for refraction (E. Veach
+/// 1997, eq. 5.14).
+#[test]
+fn materials_are_reciprocal() {
+    let up: Vec<Vec3> = angles().chain(angles().map(|v| Vec3::new(-v.y, v.x, v.z))).collect();
+    for ggx in &alphas()[1..] {
+        let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
+        let plastic = CoatedDiffuse { reflectance: Vec3::splat(0.6), eta: 1.5, internal_reflectance, ggx: *ggx };
+        let metal = Conductor { eta: Vec3::splat(0.3), k: Vec3::splat(3.0), ggx: *ggx };
+        for bsdf in [
+            Bsdf::Diffuse(Diffuse { reflectance: Vec3::splat(0.5) }),
+            Bsdf::CoatedDiffuse(plastic),
+            Bsdf::Conductor(metal),
+            Bsdf::Dielectric(Dielectric { eta: 1.5, tint: Vec3::ONE, ggx: *ggx }),
+        ] {
+            for a in &up {
+                for b in &up {
+                    let f = |o: Vec3, i: Vec3| bsdf.eval(o, i).f_cos.x / i.z;
+                    let (x, y) = (f(*a, *b), f(*b, *a));
+                    assert!((x - y).abs() <= 2e-3 * x.max(y) + 1e-6, "{bsdf:?} {a} {b}: {x} {y}");
+                }
+            }
+        }
+        // Through the interface: from above with eta, from below with 1 / eta (frame turned over).
+        let eta = 1.5f32;
+        let above = Bsdf::Dielectric(Dielectric { eta, tint: Vec3::ONE, ggx: *ggx });
+        let below = Bsdf::Dielectric(Dielectric { eta: 1.0 / eta, tint: Vec3::ONE, ggx: *ggx });
+        for wo in &up {
+            for wi in &up {
+                let down = -*wi;
+                let x = above.eval(*wo, down).f_cos.x / down.z.abs();
+                // The lower side sees the same interface turned over.
+                let turned = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
+                let y = below.eval(turned(down), turned(*wo)).f_cos.x / wo.z;
+                let y = y / (eta * eta);
+                assert!((x - y).abs() <= 5e-3 * x.max(y) + 1e-5, "alpha {ggx:?} {wo} {wi}: {x} {y}");
+            }
+        }
+    }
+}
+
+/// A fully rough white mirror seen head-on reflects 1 - ln 2: at alpha 1 facet normals follow a cosine, half of
+/// them reflect upwards, with c = cos of the outgoing angle uniform, and G1 = 2 c / (1 + c).
+#[test]
+fn rough_white_metal_has_its_closed_form() {
+    let white = Conductor { eta: Vec3::ONE, k: Vec3::splat(1e6), ggx: Ggx::new(1.0, 1.0) };
+    let a = albedo(&Bsdf::Conductor(white), Vec3::Z, 1.0);
+    assert!((a - (1.0 - 2f32.ln())).abs() < 1e-3, "{a}");
+}
