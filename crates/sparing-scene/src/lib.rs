@@ -2,7 +2,73 @@
 //!
 //! A loader turns a file into a [`SceneDescription`]: plain data, no Embree, no GPU, nothing decoded that
 //! the renderer may not need. All loaders share one error type with file, line and column.
+//!
+//! ```no_run
+//! let scene = sparing_scene::load("scenes/cornell-box.pbrt".as_ref())?;
+//! println!("{} triangles", scene.triangle_count());
+//! # Ok::<(), sparing_scene::SceneError>(())
+//! ```
 
 pub mod description;
+mod error;
+pub mod generate;
+mod images;
+mod obj;
+mod options;
+mod pbrt;
+mod source;
+mod spectrum;
+mod warnings;
 
 pub use description::SceneDescription;
+pub use error::{ErrorKind, SceneError};
+pub use options::LoadOptions;
+
+use std::path::Path;
+
+/// Loads a scene, choosing the format by the file name: `.pbrt` or `.obj`.
+///
+/// # Errors
+/// When the file is missing, of another format, broken, or beyond the default limits.
+pub fn load(path: &Path) -> Result<SceneDescription, SceneError> {
+    load_with(path, &LoadOptions::default())
+}
+
+/// [`load`] with limits of one's own.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription, SceneError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let scene = match extension.as_str() {
+        "pbrt" => pbrt::load(path, options)?,
+        "obj" => obj::load(path, options)?,
+        "" => {
+            let error = SceneError::new(ErrorKind::Format, "a file name without extension says no format");
+            return Err(error.in_file(path).help(SUPPORTED));
+        }
+        other => {
+            let error =
+                SceneError::new(ErrorKind::Format, format!("scene files of type `.{other}` cannot be read"));
+            return Err(error.in_file(path).help(SUPPORTED));
+        }
+    };
+    scene.validate().map_err(|error| error.in_file(path))?;
+    Ok(scene)
+}
+
+/// Loads pbrt text that is not in a file; `base` is the folder that file names in it are relative to.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_pbrt_text(
+    text: &[u8],
+    base: &Path,
+    options: &LoadOptions,
+) -> Result<SceneDescription, SceneError> {
+    let scene = pbrt::load_text("text", text, base, options)?;
+    scene.validate()?;
+    Ok(scene)
+}
+
+const SUPPORTED: &str = "supported are .pbrt and .obj";

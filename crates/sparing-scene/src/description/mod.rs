@@ -8,6 +8,7 @@ mod light;
 mod material;
 mod shape;
 mod texture;
+mod validate;
 
 pub use camera::{
     Camera, FilmSettings, IntegratorSettings, PixelFilter, Projection, SamplerKind, SamplerSettings,

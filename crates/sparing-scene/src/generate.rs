@@ -1,0 +1,1 @@
+//! Meshes made by formulas, for demo scenes, tests and benches.

@@ -1,0 +1,46 @@
+//! Limits that keep a hostile or broken file from eating the machine.
+
+use crate::error::{ErrorKind, SceneError};
+
+/// Limits of loading; exceeding one is an error that names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Bytes of one text file.
+    pub max_file_bytes: u64,
+    /// Bytes of all files of a scene together; an included file counts each time.
+    pub max_total_bytes: u64,
+    /// Files included from within each other.
+    pub max_include_depth: u64,
+    /// Nested `AttributeBegin`, `ObjectBegin` and the like.
+    pub max_nesting: u64,
+    /// Values of one parameter.
+    pub max_values: u64,
+    /// Triangles and quads of the whole scene, before instancing.
+    pub max_triangles: u64,
+    /// Shapes, instances, lights, materials and textures together.
+    pub max_entities: u64,
+    /// Warnings that are kept; the rest is counted.
+    pub max_warnings: usize,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            max_file_bytes: 4 << 30,
+            max_total_bytes: 16 << 30,
+            max_include_depth: 32,
+            max_nesting: 1000,
+            max_values: 1 << 30,
+            max_triangles: 1 << 30,
+            max_entities: 50_000_000,
+            max_warnings: 200,
+        }
+    }
+}
+
+impl LoadOptions {
+    pub(crate) fn exceeded(&self, name: &str, limit: u64, found: u64) -> SceneError {
+        SceneError::new(ErrorKind::Limit, format!("the limit {name} = {limit} is exceeded by {found}"))
+            .help(format!("raise LoadOptions::{name} if this is meant"))
+    }
+}

@@ -1,0 +1,188 @@
+//! `Camera`, `Film`, `PixelFilter`, `Sampler` and `Integrator`.
+
+use super::Builder;
+use super::graphics_state::invert;
+use super::params::{ParamList, ParamType};
+use crate::description::{PixelFilter, Projection, SamplerKind};
+use crate::error::{ErrorKind, SceneError, did_you_mean};
+use crate::source::Span;
+
+/// Pixels along one axis of a film.
+const MAX_RESOLUTION: i32 = 65_536;
+
+impl Builder<'_> {
+    /// `Camera "type" parameters`; the camera's space is where the current transformation puts it.
+    pub(super) fn camera(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        let Some(camera_to_world) = invert(self.state.ctm) else {
+            let error = SceneError::new(ErrorKind::Value, "the camera's transformation cannot be inverted");
+            return Err(error.at(at));
+        };
+        self.coordinate_systems.insert("camera".to_owned(), camera_to_world);
+        let camera = &mut self.scene.camera;
+        camera.camera_to_world = camera_to_world.as_mat4();
+        camera.projection = match ty {
+            "perspective" => {
+                let inside = |fov: f32| fov > 0.0 && fov < 180.0;
+                Projection::Perspective { fov: params.float_where("fov", 90.0, "between 0 and 180", inside)? }
+            }
+            "orthographic" => Projection::Orthographic,
+            "realistic" | "spherical" | "environment" => {
+                let error =
+                    SceneError::new(ErrorKind::Unsupported, format!("{ty} cameras are not supported yet"));
+                return Err(error.at(at).help("supported are perspective and orthographic"));
+            }
+            other => {
+                let error = SceneError::new(ErrorKind::Unknown, format!("there is no camera type `{other}`"));
+                let help = did_you_mean(other, ["perspective", "orthographic"]);
+                return Err(error.at(at).help("supported are perspective and orthographic").maybe_help(help));
+            }
+        };
+        camera.lens_radius = params.float_where("lensradius", 0.0, "not negative", |r| r >= 0.0)?;
+        camera.focal_distance = params.float_where("focaldistance", 1e6, "positive", |d| d > 0.0)?;
+        camera.screen_window = match params.groups("screenwindow", &[ParamType::Float], 1)? {
+            None => None,
+            Some((_, &[x0, x1, y0, y1])) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),
+            Some((param, _)) => {
+                return Err(param.error("`screenwindow` takes 4 numbers: x0 < x1, then y0 < y1"));
+            }
+        };
+        if params.get("frameaspectratio").is_some() {
+            let aspect = params.float_where("frameaspectratio", 1.0, "positive", |a| a > 0.0)?;
+            let (x, y) = if aspect > 1.0 { (aspect, 1.0) } else { (1.0, 1.0 / aspect) };
+            camera.screen_window.get_or_insert([-x, x, -y, y]);
+        }
+        params.ignore(&["shutteropen", "shutterclose"]);
+        params.warn_unused("the camera", &mut self.warnings);
+        self.has_camera = true;
+        Ok(())
+    }
+
+    /// `Film "type" parameters`.
+    pub(super) fn film(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        if !["rgb", "gbuffer", "spectral", "image"].contains(&ty) {
+            let error = SceneError::new(ErrorKind::Unknown, format!("there is no film type `{ty}`"));
+            return Err(error.at(at).help("known are rgb, gbuffer and spectral"));
+        }
+        let film = &mut self.scene.film;
+        let pixels = |value: Option<i32>| value.map(|v| v.unsigned_abs());
+        film.width = pixels(params.integer_in("xresolution", 1..=MAX_RESOLUTION)?).unwrap_or(1280);
+        film.height = pixels(params.integer_in("yresolution", 1..=MAX_RESOLUTION)?).unwrap_or(720);
+        film.filename = params.string("filename")?.map(|(name, _)| name.to_owned());
+        let (width, height) = (film.width, film.height);
+        let mut crop = None;
+        if let Some((param, window)) = params.groups("cropwindow", &[ParamType::Float], 1)? {
+            let &[x0, x1, y0, y1] = window else {
+                return Err(param.error("`cropwindow` takes 4 numbers from 0 to 1: x0 x1 y0 y1"));
+            };
+            let pixel = |share: f32, size: u32| (share.clamp(0.0, 1.0) * size as f32).ceil() as u32;
+            let bounds = [pixel(x0, width), pixel(y0, height), pixel(x1, width), pixel(y1, height)];
+            crop = Some((param, bounds));
+        }
+        if let Some((param, bounds)) = params.integers("pixelbounds")? {
+            let &[x0, x1, y0, y1] = bounds else {
+                return Err(param.error("`pixelbounds` takes 4 integers: x0 x1 y0 y1"));
+            };
+            let clamp = |value: i32, size: u32| value.max(0).unsigned_abs().min(size);
+            let bounds = [clamp(x0, width), clamp(y0, height), clamp(x1, width), clamp(y1, height)];
+            crop = Some((param, bounds));
+        }
+        if let Some((param, [x0, y0, x1, y1])) = crop {
+            if x0 >= x1 || y0 >= y1 {
+                return Err(param.error("the part of the picture to render is empty"));
+            }
+            film.crop = Some([x0, y0, x1, y1]);
+        }
+        let iso = params.float_where("iso", 100.0, "positive", |v| v > 0.0)?;
+        let exposure = params.float_where("exposuretime", 1.0, "positive", |v| v > 0.0)?;
+        film.scale = exposure * iso / 100.0;
+        if let Some((sensor, param)) = params.string("sensor")?
+            && sensor != "cie1931"
+        {
+            self.warnings.at(&param.span, format!("sensor `{sensor}` is not modelled: cie1931 instead"));
+        }
+        params.ignore(&["diagonal", "savefp16", "coordinatesystem"]);
+        params.warn_unused("the film", &mut self.warnings);
+        Ok(())
+    }
+
+    /// `PixelFilter "type" parameters`.
+    pub(super) fn pixel_filter(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        let radius = |default: f32| -> Result<[f32; 2], SceneError> {
+            let axis = |name: &str| {
+                params.float_where(name, default, "above 0 and at most 32", |r| r > 0.0 && r <= 32.0)
+            };
+            Ok([axis("xradius")?, axis("yradius")?])
+        };
+        self.scene.filter = match ty {
+            "box" => PixelFilter::Box { radius: radius(0.5)? },
+            "triangle" => PixelFilter::Triangle { radius: radius(2.0)? },
+            "gaussian" => PixelFilter::Gaussian {
+                radius: radius(1.5)?,
+                sigma: params.float_where("sigma", 0.5, "positive", |s| s > 0.0)?,
+            },
+            "mitchell" => PixelFilter::Mitchell {
+                radius: radius(2.0)?,
+                b: params.float("B")?.unwrap_or(1.0 / 3.0),
+                c: params.float("C")?.unwrap_or(1.0 / 3.0),
+            },
+            "blackmanharris" => PixelFilter::BlackmanHarris { radius: radius(2.0)? },
+            "sinc" => {
+                params.ignore(&["tau"]);
+                self.warnings.at(at, "the sinc filter is replaced by Blackman-Harris of the same radius");
+                PixelFilter::BlackmanHarris { radius: radius(4.0)? }
+            }
+            other => {
+                let known = ["box", "triangle", "gaussian", "mitchell", "blackmanharris", "sinc"];
+                let error =
+                    SceneError::new(ErrorKind::Unknown, format!("there is no pixel filter `{other}`"));
+                let help = "known are: ".to_owned() + &known.join(", ");
+                return Err(error.at(at).help(help).maybe_help(did_you_mean(other, known)));
+            }
+        };
+        params.warn_unused("the pixel filter", &mut self.warnings);
+        Ok(())
+    }
+
+    /// `Sampler "type" parameters`.
+    pub(super) fn sampler(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        let sampler = &mut self.scene.sampler;
+        sampler.kind = match ty {
+            "sobol" | "zsobol" | "paddedsobol" => SamplerKind::Sobol,
+            "independent" | "random" => SamplerKind::Independent,
+            "halton" | "stratified" | "pmj02bn" | "lowdiscrepancy" | "02sequence" => {
+                self.warnings.at(at, format!("sampler `{ty}` is replaced by Owen-scrambled Sobol"));
+                SamplerKind::Sobol
+            }
+            other => {
+                let known =
+                    ["sobol", "zsobol", "paddedsobol", "independent", "halton", "stratified", "pmj02bn"];
+                let error = SceneError::new(ErrorKind::Unknown, format!("there is no sampler `{other}`"));
+                let help = "known are: ".to_owned() + &known.join(", ");
+                return Err(error.at(at).help(help).maybe_help(did_you_mean(other, known)));
+            }
+        };
+        let samples = params.integer_in("pixelsamples", 1..=1 << 24)?.map(i32::unsigned_abs);
+        let x = params.integer_in("xsamples", 1..=4096)?;
+        let y = params.integer_in("ysamples", 1..=4096)?;
+        let grid = (x.is_some() || y.is_some()).then(|| (x.unwrap_or(4) * y.unwrap_or(4)).unsigned_abs());
+        sampler.spp = samples.or(grid);
+        sampler.seed = params.integer("seed")?.map_or(0, |seed| u64::from(seed as u32));
+        params.ignore(&["randomization", "jitter"]);
+        params.warn_unused("the sampler", &mut self.warnings);
+        Ok(())
+    }
+
+    /// `Integrator "type" parameters`; every one becomes the path tracer.
+    pub(super) fn integrator(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        if !["path", "volpath", "simplepath", "simplevolpath"].contains(&ty) {
+            let short = super::parser::shorten(ty);
+            self.warnings.at(at, format!("integrator `{short}` is replaced by the path tracer"));
+            params.params.iter().for_each(|param| param.used.set(true));
+        }
+        self.scene.integrator.max_depth =
+            params.integer_in("maxdepth", 0..=1_000_000)?.map_or(5, i32::unsigned_abs);
+        params.ignore(&["lightsampler", "regularize", "samplelights", "samplebsdf"]);
+        params.warn_unused("the integrator", &mut self.warnings);
+        Ok(())
+    }
+}

@@ -1,0 +1,242 @@
+//! `Material` and `MakeNamedMaterial`.
+//!
+//! Types and defaults as in the pbrt-v4 file format. `dielectric` knows one more parameter, `tint`: a factor
+//! on refracted light. Dispersion is not modelled: a spectral index of refraction becomes its mean.
+
+use super::Builder;
+use super::params::ParamList;
+use super::spectrum::{self, Quantity};
+use crate::description::{
+    ColorInput, Conductor, FloatInput, Material, MaterialId, MaterialKind, Roughness, Texture,
+    TextureEncoding, TextureId, UvMapping, Wrap,
+};
+use crate::error::{ErrorKind, SceneError, did_you_mean};
+use crate::source::Span;
+use glam::Vec3;
+
+const TYPES: &[&str] = &[
+    "diffuse",
+    "coateddiffuse",
+    "conductor",
+    "dielectric",
+    "thindielectric",
+    "diffusetransmission",
+    "mix",
+    "interface",
+];
+/// Types that a simpler material stands in for.
+const STAND_INS: &[(&str, &str)] = &[
+    ("coatedconductor", "conductor"),
+    ("subsurface", "diffuse"),
+    ("hair", "diffuse"),
+    ("measured", "diffuse"),
+];
+/// Older names and what pbrt-v4 calls them.
+const OLD_NAMES: &[(&str, &str)] = &[
+    ("matte", "diffuse"),
+    ("plastic", "coateddiffuse"),
+    ("substrate", "coateddiffuse"),
+    ("uber", "coateddiffuse"),
+    ("metal", "conductor"),
+    ("mirror", "conductor"),
+    ("glass", "dielectric"),
+    ("translucent", "diffusetransmission"),
+];
+
+impl Builder<'_> {
+    /// Adds the material that the parameters describe; `at` is the type name.
+    pub(super) fn material(
+        &mut self,
+        name: String,
+        ty: &str,
+        at: &Span,
+        mut params: ParamList,
+    ) -> Result<MaterialId, SceneError> {
+        params.add_defaults(&self.state.material_defaults);
+        let normal_map = match params.string("normalmap")? {
+            None => None,
+            Some(_) => {
+                let image = self.image(&params, "normalmap", TextureEncoding::Linear, at)?;
+                let texture = Texture::Image {
+                    image,
+                    mapping: UvMapping::default(),
+                    wrap: Wrap::Repeat,
+                    scale: 1.0,
+                    invert: false,
+                };
+                Some(self.add_texture(texture)?)
+            }
+        };
+        let bump = match self.float_input(&params, "displacement", 0.0)? {
+            FloatInput::Texture(id) => Some(id),
+            FloatInput::Constant(_) => None,
+        };
+        let kind = self.material_kind(ty, at, &params)?;
+        params.warn_unused(&format!("material `{ty}`"), &mut self.warnings);
+        self.add_material(name, kind, normal_map, bump)
+    }
+
+    fn add_material(
+        &mut self,
+        name: String,
+        kind: MaterialKind,
+        normal_map: Option<TextureId>,
+        bump: Option<TextureId>,
+    ) -> Result<MaterialId, SceneError> {
+        self.count_entity()?;
+        self.scene.materials.push(Material { name, kind, normal_map, bump });
+        Ok(MaterialId((self.scene.materials.len() - 1) as u32))
+    }
+
+    /// The current material, by default a grey diffuse one.
+    pub(super) fn current_material(&mut self) -> Result<MaterialId, SceneError> {
+        if let Some(id) = self.state.material.or(self.default_material) {
+            return Ok(id);
+        }
+        let kind = MaterialKind::Diffuse { reflectance: ColorInput::Constant(Vec3::splat(0.5)) };
+        let id = self.add_material("default".to_owned(), kind, None, None)?;
+        self.default_material = Some(id);
+        Ok(id)
+    }
+
+    fn material_kind(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<MaterialKind, SceneError> {
+        Ok(match ty {
+            "diffuse" => MaterialKind::Diffuse { reflectance: self.albedo(params, "reflectance", 0.5)? },
+            "coateddiffuse" => {
+                params.ignore(&["thickness", "g", "maxdepth", "nsamples"]);
+                MaterialKind::CoatedDiffuse {
+                    reflectance: self.albedo(params, "reflectance", 0.5)?,
+                    roughness: self.roughness(params)?,
+                    eta: self.eta(params)?,
+                }
+            }
+            "conductor" => MaterialKind::Conductor {
+                conductor: self.conductor(params)?,
+                roughness: self.roughness(params)?,
+            },
+            "dielectric" => MaterialKind::Dielectric {
+                eta: self.eta(params)?,
+                roughness: self.roughness(params)?,
+                tint: self.albedo(params, "tint", 1.0)?,
+            },
+            "thindielectric" => MaterialKind::ThinDielectric { eta: self.eta(params)? },
+            "diffusetransmission" => self.diffuse_transmission(params)?,
+            "mix" => self.mix(at, params)?,
+            "interface" | "none" | "" => MaterialKind::Interface,
+            other => {
+                if let Some((_, stand_in)) = STAND_INS.iter().find(|(name, _)| *name == other) {
+                    let message = format!("material `{other}` is not supported: `{stand_in}` instead");
+                    self.warnings.at(at, message);
+                    let kind = self.material_kind(stand_in, at, params)?;
+                    params.params.iter().for_each(|param| param.used.set(true));
+                    return Ok(kind);
+                }
+                let old = OLD_NAMES.iter().find(|(name, _)| *name == other);
+                let old = old.map(|(_, new)| format!("pbrt-v4 calls this kind of material `{new}`"));
+                let error =
+                    SceneError::new(ErrorKind::Unknown, format!("there is no material type `{other}`"));
+                return Err(error
+                    .at(at)
+                    .help("known are: ".to_owned() + &TYPES.join(", "))
+                    .maybe_help(old.or_else(|| did_you_mean(other, TYPES.iter().copied()))));
+            }
+        })
+    }
+
+    fn albedo(&self, params: &ParamList, name: &str, default: f32) -> Result<ColorInput, SceneError> {
+        self.color_input(params, name, Vec3::splat(default), Quantity::Albedo)
+    }
+
+    /// pbrt scales both albedos by `scale`.
+    fn diffuse_transmission(&mut self, params: &ParamList) -> Result<MaterialKind, SceneError> {
+        let scale = params.float_where("scale", 1.0, "not negative", |s| s >= 0.0)?;
+        let reflectance = self.albedo(params, "reflectance", 0.25)?;
+        let transmittance = self.albedo(params, "transmittance", 0.25)?;
+        Ok(MaterialKind::DiffuseTransmission {
+            reflectance: self.scaled(reflectance, scale)?,
+            transmittance: self.scaled(transmittance, scale)?,
+        })
+    }
+
+    fn scaled(&mut self, input: ColorInput, scale: f32) -> Result<ColorInput, SceneError> {
+        match input {
+            ColorInput::Constant(value) => Ok(ColorInput::Constant(value * scale)),
+            texture if scale == 1.0 => Ok(texture),
+            texture => {
+                let b = ColorInput::Constant(Vec3::splat(scale));
+                self.add_texture(Texture::Scale { a: texture, b }).map(ColorInput::Texture)
+            }
+        }
+    }
+
+    fn roughness(&self, params: &ParamList) -> Result<Roughness, SceneError> {
+        let both = self.float_input(params, "roughness", 0.0)?;
+        let axis = |name: &str| {
+            let value = match params.get(name) {
+                Some(_) => self.float_input(params, name, 0.0)?,
+                None => both,
+            };
+            match value {
+                FloatInput::Constant(v) if v < 0.0 => {
+                    let given = params.get(name).or_else(|| params.get("roughness"));
+                    let message = format!("roughness must not be negative, not {v}");
+                    Err(match given {
+                        Some(param) => param.value_error(0, message),
+                        None => SceneError::new(ErrorKind::Value, message),
+                    })
+                }
+                value => Ok(value),
+            }
+        };
+        let (u, v) = (axis("uroughness")?, axis("vroughness")?);
+        let remap = params.bool("remaproughness")?.unwrap_or(true);
+        Ok(Roughness { u, v, remap })
+    }
+
+    fn eta(&mut self, params: &ParamList) -> Result<f32, SceneError> {
+        let Some(param) = params.get("eta") else { return Ok(1.5) };
+        let value = spectrum::color(param, Quantity::Unbounded, &self.base, self.options)?;
+        let eta = value.element_sum() / 3.0;
+        if !(0.1..=10.0).contains(&eta) {
+            return Err(param.value_error(0, format!("`eta` must be from 0.1 to 10, not {eta}")));
+        }
+        Ok(eta)
+    }
+
+    fn conductor(&mut self, params: &ParamList) -> Result<Conductor, SceneError> {
+        if let Some(reflectance) = params.get("reflectance") {
+            if params.get("eta").is_some() || params.get("k").is_some() {
+                return Err(reflectance.error("a conductor has either `reflectance` or `eta` and `k`"));
+            }
+            return Ok(Conductor::Reflectance(self.albedo(params, "reflectance", 1.0)?));
+        }
+        let copper = |part: &str| spectrum::named(&format!("metal-Cu-{part}")).unwrap_or(Vec3::ONE);
+        let eta = self.color_input(params, "eta", copper("eta"), Quantity::Unbounded)?;
+        let k = self.color_input(params, "k", copper("k"), Quantity::Unbounded)?;
+        Ok(Conductor::EtaK { eta, k })
+    }
+
+    fn mix(&mut self, at: &Span, params: &ParamList) -> Result<MaterialKind, SceneError> {
+        let Some(param) = params.get("materials") else {
+            return Err(super::missing("materials", "string", at));
+        };
+        let [first, second] = param.strings() else {
+            return Err(param.error("`materials` takes the names of two materials"));
+        };
+        let materials = [
+            self.named_material(first, &param.value_span(0))?,
+            self.named_material(second, &param.value_span(1))?,
+        ];
+        Ok(MaterialKind::Mix { materials, amount: self.float_input(params, "amount", 0.5)? })
+    }
+
+    /// The id of a material made by `MakeNamedMaterial`.
+    pub(super) fn named_material(&self, name: &str, at: &Span) -> Result<MaterialId, SceneError> {
+        self.named_materials.get(name).copied().ok_or_else(|| {
+            let known = self.named_materials.keys().map(String::as_str);
+            SceneError::new(ErrorKind::Unknown, format!("there is no material named `{name}` yet"))
+                .at(at)
+                .maybe_help(did_you_mean(name, known))
+        })
+    }
+}

@@ -1,0 +1,191 @@
+//! The pbrt-v4 text format (<https://pbrt.org/fileformat-v4>).
+//!
+//! Conventions: a left-handed camera (x right, y up, z forward); each transformation directive multiplies the
+//! current matrix from the right, so the last one acts first; `Camera` stores the inverse of the current
+//! matrix; matrices are written column by column; v = 0 is the bottom of a picture. File names are relative
+//! to the folder of the scene file. Where vertex normals are given they decide which side is outside, as in
+//! pbrt; without them the winding does, seen in the space of the shape, and `ReverseOrientation` flips it.
+//!
+//! Own extensions: `Shape "objmesh" "string filename"`, `PixelFilter "blackmanharris"`, `"rgb tint"` of
+//! `dielectric`, `"string wrap" "mirror"`.
+
+mod camera;
+mod directives;
+mod graphics_state;
+mod lights;
+mod materials;
+mod mesh;
+mod params;
+mod parser;
+mod shapes;
+mod spectrum;
+mod tessellate;
+#[cfg(test)]
+mod tests;
+mod textures;
+mod tokenizer;
+
+use crate::description::{ColorInput, FloatInput, MaterialId, SceneDescription};
+use crate::error::{ErrorKind, SceneError};
+use crate::images::ImageTable;
+use crate::options::LoadOptions;
+use crate::source::{self, SourceFile, Span};
+use crate::warnings::Warnings;
+use glam::DMat4;
+use graphics_state::GraphicsState;
+use parser::Parser;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Why a graphics state was saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scope {
+    Attribute,
+    Transform,
+    Object,
+    Import,
+}
+
+/// Turns directives into a scene.
+struct Builder<'o> {
+    options: &'o LoadOptions,
+    /// Folder that file names are relative to.
+    base: PathBuf,
+    scene: SceneDescription,
+    warnings: Warnings,
+    images: ImageTable,
+    state: GraphicsState,
+    saved: Vec<(Scope, GraphicsState, Span)>,
+    coordinate_systems: HashMap<String, DMat4>,
+    float_textures: HashMap<String, FloatInput>,
+    color_textures: HashMap<String, ColorInput>,
+    named_materials: HashMap<String, MaterialId>,
+    default_material: Option<MaterialId>,
+    objects: HashMap<String, u32>,
+    /// Opacity of the shape being made.
+    alpha: Option<FloatInput>,
+    /// Material of the mesh being made, where the mesh has its own.
+    mesh_material: Option<MaterialId>,
+    /// The object being defined.
+    object: Option<u32>,
+    in_world: bool,
+    has_camera: bool,
+    entities: u64,
+    triangles: u64,
+}
+
+/// Loads a pbrt file.
+pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription, SceneError> {
+    let source = source::read(path, options)?;
+    let base = path.parent().map(Path::to_owned).unwrap_or_default();
+    load_source(source, base, options)
+}
+
+/// Loads pbrt text from memory.
+pub(crate) fn load_text(
+    name: &str,
+    text: &[u8],
+    base: &Path,
+    options: &LoadOptions,
+) -> Result<SceneDescription, SceneError> {
+    let source = Arc::new(SourceFile { name: name.to_owned(), bytes: text.to_vec(), lines_before: 0 });
+    load_source(source, base.to_owned(), options)
+}
+
+fn load_source(
+    source: Arc<SourceFile>,
+    base: PathBuf,
+    options: &LoadOptions,
+) -> Result<SceneDescription, SceneError> {
+    let name = source.name.clone();
+    let mut builder = Builder {
+        options,
+        base,
+        scene: SceneDescription { name: name.clone(), ..SceneDescription::default() },
+        warnings: Warnings::new(options.max_warnings),
+        images: ImageTable::default(),
+        state: GraphicsState::default(),
+        saved: Vec::new(),
+        coordinate_systems: HashMap::new(),
+        float_textures: HashMap::new(),
+        color_textures: HashMap::new(),
+        named_materials: HashMap::new(),
+        default_material: None,
+        objects: HashMap::new(),
+        alpha: None,
+        mesh_material: None,
+        object: None,
+        in_world: false,
+        has_camera: false,
+        entities: 0,
+        triangles: 0,
+    };
+    builder.scene.integrator.max_depth = 5;
+    let run = builder.run(&mut Parser::new(source, options)).and_then(|()| builder.finish());
+    run.map_err(|error| error.in_file(Path::new(&name)))
+}
+
+impl Builder<'_> {
+    /// Counts a shape, material, texture, light or instance against the limit.
+    fn count_entity(&mut self) -> Result<(), SceneError> {
+        self.entities += 1;
+        if self.entities > self.options.max_entities {
+            return Err(self.options.exceeded("max_entities", self.options.max_entities, self.entities));
+        }
+        Ok(())
+    }
+
+    /// Counts triangles and quads against the limit.
+    fn count_triangles(&mut self, count: usize) -> Result<(), SceneError> {
+        self.triangles += count as u64;
+        if self.triangles > self.options.max_triangles {
+            return Err(self.options.exceeded("max_triangles", self.options.max_triangles, self.triangles));
+        }
+        Ok(())
+    }
+
+    /// A file named in the scene, which must exist.
+    fn existing_file(&self, name: &str, at: &Span) -> Result<PathBuf, SceneError> {
+        let path = self.base.join(name);
+        if path.is_file() {
+            return Ok(path);
+        }
+        // Files beside an included file that is in another folder.
+        let beside = Path::new(&at.source.name).parent().map(|folder| folder.join(name));
+        match beside {
+            Some(beside) if beside.is_file() => Ok(beside),
+            _ => {
+                Err(SceneError::new(ErrorKind::File, format!("there is no file `{}`", path.display())).at(at))
+            }
+        }
+    }
+
+    fn finish(mut self) -> Result<SceneDescription, SceneError> {
+        if let Some((scope, _, at)) = self.saved.last() {
+            let name = match scope {
+                Scope::Attribute => "AttributeBegin",
+                Scope::Transform => "TransformBegin",
+                Scope::Object => "ObjectBegin",
+                Scope::Import => "Import",
+            };
+            let message = format!("this {name} is never closed");
+            return Err(SceneError::new(ErrorKind::Syntax, message).at(at));
+        }
+        let scene = &self.scene;
+        if scene.shapes.is_empty() && scene.instances.is_empty() && scene.lights.is_empty() {
+            let error = SceneError::new(ErrorKind::Invalid, "nothing to render: no shapes and no lights");
+            return Err(if self.in_world { error } else { error.help("there is no WorldBegin") });
+        }
+        if !self.has_camera {
+            self.warnings.add("there is no Camera: one at the origin looks along +z".to_owned());
+        }
+        self.scene.warnings = self.warnings.into_vec();
+        Ok(self.scene)
+    }
+}
+
+/// The error for a parameter that is not there.
+fn missing(name: &str, ty: &str, at: &Span) -> SceneError {
+    SceneError::new(ErrorKind::Value, format!("the parameter \"{ty} {name}\" is missing")).at(at)
+}

@@ -1,0 +1,376 @@
+//! Parameter lists: `"float radius" 2`, `"point3 P" [ 0 0 0 ... ]`.
+//!
+//! Every getter marks its parameter as used; what nobody asked for becomes a warning at the end.
+
+use super::parser::{number, unexpected};
+use super::tokenizer::{Token, TokenKind, token_at, unquote};
+use crate::error::{ErrorKind, SceneError, did_you_mean};
+use crate::source::{SourceFile, Span};
+use crate::warnings::Warnings;
+use glam::{DVec3, Vec3};
+use std::cell::Cell;
+use std::sync::Arc;
+
+/// The declared type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ParamType {
+    Integer,
+    Float,
+    Point2,
+    Point3,
+    Normal,
+    Rgb,
+    Xyz,
+    Blackbody,
+    Spectrum,
+    Bool,
+    String,
+    Texture,
+}
+
+const TYPES: &[(&str, ParamType)] = &[
+    ("integer", ParamType::Integer),
+    ("float", ParamType::Float),
+    ("point2", ParamType::Point2),
+    ("vector2", ParamType::Point2),
+    ("point3", ParamType::Point3),
+    ("point", ParamType::Point3),
+    ("vector3", ParamType::Point3),
+    ("vector", ParamType::Point3),
+    ("normal", ParamType::Normal),
+    ("normal3", ParamType::Normal),
+    ("rgb", ParamType::Rgb),
+    ("color", ParamType::Rgb),
+    ("xyz", ParamType::Xyz),
+    ("blackbody", ParamType::Blackbody),
+    ("spectrum", ParamType::Spectrum),
+    ("bool", ParamType::Bool),
+    ("string", ParamType::String),
+    ("texture", ParamType::Texture),
+];
+
+impl ParamType {
+    pub fn parse(name: &str) -> Option<Self> {
+        TYPES.iter().find(|(known, _)| *known == name).map(|(_, ty)| *ty)
+    }
+
+    pub fn suggest(name: &str) -> Option<String> {
+        did_you_mean(name, TYPES.iter().map(|(known, _)| *known))
+    }
+
+    pub fn name(self) -> &'static str {
+        TYPES.iter().find(|(_, ty)| *ty == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// The values of a parameter.
+#[derive(Clone, Debug)]
+pub(super) enum Values {
+    Floats(Vec<f32>),
+    Integers(Vec<i32>),
+    Bools(Vec<bool>),
+    Strings(Vec<String>),
+}
+
+impl Values {
+    pub fn empty(ty: ParamType) -> Self {
+        match ty {
+            ParamType::Integer => Self::Integers(Vec::new()),
+            ParamType::Bool => Self::Bools(Vec::new()),
+            ParamType::String | ParamType::Texture => Self::Strings(Vec::new()),
+            _ => Self::Floats(Vec::new()),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Floats(v) => v.len(),
+            Self::Integers(v) => v.len(),
+            Self::Bools(v) => v.len(),
+            Self::Strings(v) => v.len(),
+        }
+    }
+
+    /// Adds the value of a token, which must fit the type.
+    pub fn push(
+        &mut self,
+        ty: ParamType,
+        name: &str,
+        token: Token,
+        source: &Arc<SourceFile>,
+    ) -> Result<(), SceneError> {
+        // A named spectrum or a spectrum file: strings instead of numbers.
+        if ty == ParamType::Spectrum && token.kind == TokenKind::Str && self.len() == 0 {
+            *self = Self::Strings(Vec::new());
+        }
+        let wrong = |wanted: &str| {
+            let wanted = format!("{wanted} for `{} {name}`", ty.name());
+            Err(unexpected(&wanted, token, source))
+        };
+        match (self, token.kind) {
+            (Self::Strings(values), TokenKind::Str) => values.push(unquote(token.bytes(source))),
+            (Self::Strings(_), _) => return wrong("a string"),
+            (Self::Bools(values), kind) => {
+                let text = token.bytes(source);
+                let text =
+                    if kind == TokenKind::Str { unquote(text) } else { String::from_utf8_lossy(text).into() };
+                match text.as_str() {
+                    "true" => values.push(true),
+                    "false" => values.push(false),
+                    _ => return wrong("true or false"),
+                }
+            }
+            (_, TokenKind::Str) => return wrong("a number"),
+            (Self::Floats(values), _) => {
+                if token.bytes(source).first().is_some_and(u8::is_ascii_alphabetic)
+                    && number(token, source).is_err_and(|e| e.kind() == ErrorKind::Syntax)
+                {
+                    return wrong("a number");
+                }
+                // The limit of `number` is that of f32, so this does not overflow.
+                values.push(number(token, source)? as f32);
+            }
+            (Self::Integers(values), _) => {
+                let text = std::str::from_utf8(token.bytes(source)).unwrap_or_default();
+                match text.parse::<i32>() {
+                    Ok(value) => values.push(value),
+                    Err(_) => {
+                        let value = number(token, source)?;
+                        if value.fract() != 0.0 || value.abs() > f64::from(i32::MAX) {
+                            return wrong("an integer of 32 bits");
+                        }
+                        values.push(value as i32);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Param {
+    pub name: String,
+    pub ty: ParamType,
+    pub values: Values,
+    /// Its declaration.
+    pub span: Span,
+    /// Byte at which its values start.
+    pub values_start: usize,
+    pub used: Cell<bool>,
+}
+
+impl Param {
+    /// The place of value number `index`, found by reading the text again.
+    pub fn value_span(&self, index: usize) -> Span {
+        let source = &self.span.source;
+        let mut at = self.values_start;
+        let mut count = 0;
+        while let Ok(Some(token)) = token_at(source, at) {
+            at = token.end;
+            match token.kind {
+                TokenKind::Open => {}
+                TokenKind::Close => break,
+                _ if count == index => return token.span(source),
+                _ => count += 1,
+            }
+        }
+        self.span.clone()
+    }
+
+    /// An error at this parameter.
+    pub fn error(&self, message: impl Into<String>) -> SceneError {
+        SceneError::new(ErrorKind::Value, message).at(&self.span)
+    }
+
+    /// An error at one of its values.
+    pub fn value_error(&self, index: usize, message: impl Into<String>) -> SceneError {
+        SceneError::new(ErrorKind::Value, message).at(&self.value_span(index))
+    }
+
+    /// The numbers, which must be a multiple of `group`.
+    pub fn floats(&self, group: usize) -> Result<&[f32], SceneError> {
+        match &self.values {
+            Values::Floats(values) if values.len() % group == 0 => Ok(values),
+            Values::Floats(values) => Err(self.error(format!(
+                "`{}` has {} values, which is not a multiple of {group}",
+                self.name,
+                values.len()
+            ))),
+            _ => Err(self.error(format!("`{}` should be numbers", self.name))),
+        }
+    }
+}
+
+/// The parameters of a directive.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ParamList {
+    pub params: Vec<Param>,
+}
+
+impl ParamList {
+    /// The parameter of that name, whatever its type.
+    pub fn get(&self, name: &str) -> Option<&Param> {
+        let param = self.params.iter().find(|param| param.name == name)?;
+        param.used.set(true);
+        Some(param)
+    }
+
+    fn typed(&self, name: &str, types: &[ParamType]) -> Result<Option<&Param>, SceneError> {
+        match self.get(name) {
+            Some(param) if !types.contains(&param.ty) => {
+                let wanted: Vec<_> = types.iter().map(|ty| ty.name()).collect();
+                let (wanted, found) = (wanted.join(" or "), param.ty.name());
+                Err(param.error(format!("`{name}` should be of type {wanted}, not {found}")))
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// The one value of a parameter.
+    fn one<'a, T>(param: &'a Param, values: &'a [T]) -> Result<&'a T, SceneError> {
+        match values {
+            [value] => Ok(value),
+            _ => Err(param.error(format!("`{}` takes one value, not {}", param.name, values.len()))),
+        }
+    }
+
+    pub fn float(&self, name: &str) -> Result<Option<f32>, SceneError> {
+        match self.typed(name, &[ParamType::Float, ParamType::Integer])? {
+            None => Ok(None),
+            Some(param) => match &param.values {
+                Values::Floats(values) => Self::one(param, values).copied().map(Some),
+                Values::Integers(values) => Self::one(param, values).map(|&v| Some(v as f32)),
+                _ => Ok(None),
+            },
+        }
+    }
+
+    /// A float that must satisfy a condition, which `rule` says in words.
+    pub fn float_where(
+        &self,
+        name: &str,
+        default: f32,
+        rule: &str,
+        holds: impl Fn(f32) -> bool,
+    ) -> Result<f32, SceneError> {
+        match self.float(name)? {
+            None => Ok(default),
+            Some(value) if holds(value) => Ok(value),
+            Some(value) => match self.get(name) {
+                Some(param) => Err(param.value_error(0, format!("`{name}` must be {rule}, not {value}"))),
+                None => Ok(default),
+            },
+        }
+    }
+
+    pub fn integer(&self, name: &str) -> Result<Option<i32>, SceneError> {
+        match self.typed(name, &[ParamType::Integer])? {
+            None => Ok(None),
+            Some(param) => match &param.values {
+                Values::Integers(values) => Self::one(param, values).copied().map(Some),
+                _ => Ok(None),
+            },
+        }
+    }
+
+    /// An integer within bounds.
+    pub fn integer_in(
+        &self,
+        name: &str,
+        range: std::ops::RangeInclusive<i32>,
+    ) -> Result<Option<i32>, SceneError> {
+        let Some(value) = self.integer(name)? else { return Ok(None) };
+        match self.get(name) {
+            Some(param) if !range.contains(&value) => {
+                let (low, high) = (range.start(), range.end());
+                Err(param.value_error(0, format!("`{name}` must be from {low} to {high}, not {value}")))
+            }
+            _ => Ok(Some(value)),
+        }
+    }
+
+    pub fn integers(&self, name: &str) -> Result<Option<(&Param, &[i32])>, SceneError> {
+        Ok(self.typed(name, &[ParamType::Integer])?.and_then(|param| match &param.values {
+            Values::Integers(values) => Some((param, values.as_slice())),
+            _ => None,
+        }))
+    }
+
+    pub fn bool(&self, name: &str) -> Result<Option<bool>, SceneError> {
+        match self.typed(name, &[ParamType::Bool])? {
+            None => Ok(None),
+            Some(param) => match &param.values {
+                Values::Bools(values) => Self::one(param, values).copied().map(Some),
+                _ => Ok(None),
+            },
+        }
+    }
+
+    pub fn string(&self, name: &str) -> Result<Option<(&str, &Param)>, SceneError> {
+        match self.typed(name, &[ParamType::String])? {
+            None => Ok(None),
+            Some(param) => Ok(Some((Self::one(param, param.strings())?.as_str(), param))),
+        }
+    }
+
+    /// One point or vector.
+    pub fn point3(&self, name: &str) -> Result<Option<DVec3>, SceneError> {
+        let Some(param) = self.typed(name, &[ParamType::Point3, ParamType::Normal])? else { return Ok(None) };
+        match *param.floats(3)? {
+            [x, y, z] => Ok(Some(Vec3::new(x, y, z).as_dvec3())),
+            ref other => {
+                Err(param.error(format!("`{name}` takes one point of 3 numbers, not {}", other.len())))
+            }
+        }
+    }
+
+    /// Numbers in groups: points, normals, texture coordinates.
+    pub fn groups(
+        &self,
+        name: &str,
+        types: &[ParamType],
+        group: usize,
+    ) -> Result<Option<(&Param, &[f32])>, SceneError> {
+        match self.typed(name, types)? {
+            None => Ok(None),
+            Some(param) => Ok(Some((param, param.floats(group)?))),
+        }
+    }
+
+    /// Adds parameters given by `Attribute` for those that are not in this list.
+    pub fn add_defaults(&mut self, defaults: &[Param]) {
+        for default in defaults {
+            if !self.params.iter().any(|param| param.name == default.name) {
+                let param = default.clone();
+                param.used.set(true);
+                self.params.push(param);
+            }
+        }
+    }
+
+    /// Warns about parameters that nobody asked for.
+    pub fn warn_unused(&self, of: &str, warnings: &mut Warnings) {
+        for param in self.params.iter().filter(|param| !param.used.get()) {
+            warnings.at(&param.span, format!("parameter `{}` of {of} is not known and ignored", param.name));
+        }
+    }
+
+    /// Marks parameters as used that make no difference here.
+    pub fn ignore(&self, names: &[&str]) {
+        for name in names {
+            self.get(name);
+        }
+    }
+}
+
+impl Param {
+    /// The strings of a string-like parameter.
+    pub fn strings(&self) -> &[String] {
+        match &self.values {
+            Values::Strings(values) => values,
+            _ => &[],
+        }
+    }
+}
