@@ -3,7 +3,10 @@
 
 use sparing_scene::description::PixelFilter;
 
-const CELLS: usize = 256;
+/// Equal shares of |f|; within each, samples are even.
+const CELLS: usize = 1024;
+/// Resolution at which filters are integrated, per share.
+const FINE: usize = 16;
 
 /// A separable pixel filter, ready to sample.
 #[derive(Clone, Debug)]
@@ -20,10 +23,9 @@ enum Axis {
 
 #[derive(Clone, Debug)]
 struct Table {
-    radius: f32,
-    /// Cumulative share of |f| at cell borders.
-    cdf: [f32; CELLS + 1],
-    /// Sign of f in each cell times the integral of |f| over that of f.
+    /// Borders of the shares: the inverse of the cumulative |f|.
+    borders: [f32; CELLS + 1],
+    /// Sign of f in each share times the integral of |f| over that of f.
     weight: [f32; CELLS],
 }
 
@@ -86,12 +88,11 @@ impl Axis {
             }
             Self::Triangle { radius } => (1.0 - x.abs() / radius).max(0.0) / radius,
             Self::Table(t) => {
-                let cell = ((x / t.radius + 1.0) * 0.5 * CELLS as f32).floor();
-                if !(0.0..CELLS as f32).contains(&cell) {
+                let i = t.borders.partition_point(|b| *b <= x);
+                if i == 0 || i > CELLS {
                     return 0.0;
                 }
-                let i = cell as usize;
-                (t.cdf[i + 1] - t.cdf[i]) * CELLS as f32 / (2.0 * t.radius) * t.weight[i]
+                t.weight[i - 1] / (CELLS as f32 * (t.borders[i] - t.borders[i - 1]))
             }
         }
     }
@@ -100,34 +101,36 @@ impl Axis {
 impl Table {
     #[inline]
     fn sample(&self, u: f32) -> (f32, f32) {
-        let i = self.cdf.partition_point(|c| *c <= u).clamp(1, CELLS) - 1;
-        let width = self.cdf[i + 1] - self.cdf[i];
-        let within = if width > 0.0 { ((u - self.cdf[i]) / width).clamp(0.0, 1.0) } else { 0.5 };
-        let x = ((i as f32 + within) / CELLS as f32 * 2.0 - 1.0) * self.radius;
-        (x, self.weight[i])
+        let x = u * CELLS as f32;
+        let i = (x as usize).min(CELLS - 1);
+        let (a, b) = (self.borders[i], self.borders[i + 1]);
+        (a + (x - i as f32) * (b - a), self.weight[i])
     }
 }
 
 fn tabulate(radius: f32, f: impl Fn(f32) -> f32) -> Axis {
-    let mut cdf = [0.0f32; CELLS + 1];
-    let mut weight = [0.0f32; CELLS];
-    let (mut absolute, mut signed) = (0.0f64, 0.0f64);
-    for i in 0..CELLS {
-        let x = ((i as f32 + 0.5) / CELLS as f32 * 2.0 - 1.0) * radius;
-        let v = f64::from(f(x));
-        absolute += v.abs();
-        signed += v;
-        cdf[i + 1] = absolute as f32;
-        weight[i] = if v < 0.0 { -1.0 } else { 1.0 };
+    let n = CELLS * FINE;
+    let step = 2.0 * f64::from(radius) / n as f64;
+    let position = |i: usize| -f64::from(radius) + i as f64 * step;
+    let values: Vec<f64> = (0..n).map(|i| f64::from(f((position(i) + 0.5 * step) as f32))).collect();
+    let absolute: f64 = values.iter().map(|v| v.abs()).sum();
+    let signed: f64 = values.iter().sum();
+    let mut borders = [radius; CELLS + 1];
+    borders[0] = -radius;
+    let (mut next, mut sum) = (1, 0.0);
+    for (i, v) in values.iter().enumerate() {
+        let before = sum;
+        sum += v.abs();
+        while next < CELLS && sum >= absolute * next as f64 / CELLS as f64 {
+            let share = (absolute * next as f64 / CELLS as f64 - before) / v.abs();
+            borders[next] = (position(i) + share * step) as f32;
+            next += 1;
+        }
     }
-    for c in &mut cdf {
-        *c = (f64::from(*c) / absolute) as f32;
-    }
-    cdf[CELLS] = 1.0;
-    for w in &mut weight {
-        *w *= (absolute / signed) as f32;
-    }
-    Axis::Table(Box::new(Table { radius, cdf, weight }))
+    let norm = (absolute / signed) as f32;
+    let sign = |i: usize| if f(0.5 * (borders[i] + borders[i + 1])) < 0.0 { -norm } else { norm };
+    let weight = std::array::from_fn(sign);
+    Axis::Table(Box::new(Table { borders, weight }))
 }
 
 fn gaussian(x: f32, sigma: f32) -> f32 {

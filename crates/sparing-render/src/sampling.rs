@@ -27,7 +27,7 @@ pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     // Reduce to |r| <= pi/4 around a multiple of pi/2.
-    let k = (x * (2.0 / PI)).round();
+    let k = ((x * (2.0 / PI) + 8.5) as i32 - 8) as f32; // rounds; the library's round is a call without SSE4.1
     let r = (x - k * 1.570_796_4) + k * 4.371_139e-8;
     let r2 = r * r;
     let s = r + r * r2 * (-0.166_666_55 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4));

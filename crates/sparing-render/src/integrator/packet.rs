@@ -115,15 +115,16 @@ fn trace_packet<const NEEDS: u32>(
     let mut paths = [Path::NONE; PACKET];
     let mut hits = RayHit16::new(Ray16::EMPTY);
     let mut cos_axis = [1.0f32; PACKET];
+    let pixel_u = sampler.get_2d_packet(first, 0, Dimension::Pixel);
+    let lens_u = if scene.camera.has_lens() {
+        count(Counter::Lens);
+        sampler.get_2d_packet(first, 0, Dimension::Lens)
+    } else {
+        [[0.5; PACKET]; 2]
+    };
     for lane in 0..n {
-        let sample = first + lane as u32;
-        let (offset, weight) = scene.filter.sample(sampler.get_2d(sample, 0, Dimension::Pixel));
-        let lens = if scene.camera.has_lens() {
-            count(Counter::Lens);
-            sampler.get_2d(sample, 0, Dimension::Lens)
-        } else {
-            [0.5; 2]
-        };
+        let (offset, weight) = scene.filter.sample([pixel_u[0][lane], pixel_u[1][lane]]);
+        let lens = [lens_u[0][lane], lens_u[1][lane]];
         let ray = scene.camera.ray(x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1], lens);
         hits.ray.set(lane, &Ray::new(ray.origin.to_array(), ray.direction.to_array()));
         paths[lane].filter_weight = weight;
@@ -137,10 +138,26 @@ fn trace_packet<const NEEDS: u32>(
     let mut active: u32 = (1u32 << n) - 1;
     let mut depth = 0;
     loop {
+        let bsdf_u = sampler.get_2d_packet(first, depth + 1, Dimension::Bsdf);
+        let light_u = if needs.contains(Needs::LIGHT_SAMPLING) {
+            sampler.get_2d_packet(first, depth + 1, Dimension::Light)
+        } else {
+            [[0.5; PACKET]; 2]
+        };
+        let choice_u = if needs.contains(Needs::CHOICE) {
+            count(Counter::Choice);
+            sampler.get_2d_packet(first, depth + 1, Dimension::Choice)
+        } else {
+            [[0.5; PACKET]; 2]
+        };
+        let roulette_u = if depth >= settings.roulette_depth || needs.contains(Needs::MIXES) {
+            sampler.get_2d_packet(first, depth + 1, Dimension::Roulette)
+        } else {
+            [[0.0; PACKET]; 2]
+        };
         let mut shadows = Shadows { rays: Ray16::EMPTY, light: [Vec3::ZERO; PACKET], lanes: 0 };
         for lane in Lanes(active) {
             let path = &mut paths[lane];
-            let sample = first + lane as u32;
             let wi = Vec3::new(hits.ray.dir_x[lane], hits.ray.dir_y[lane], hits.ray.dir_z[lane]);
             let hit = scene.hit(
                 hits.hit.geom_id[lane],
@@ -178,12 +195,7 @@ fn trace_packet<const NEEDS: u32>(
                 active &= !(1 << lane);
                 continue;
             }
-            let choice = if needs.intersects(Needs::MIXES) {
-                sampler.get_2d(sample, depth + 1, Dimension::Roulette)[1]
-            } else {
-                0.0
-            };
-            let vertex = scene.vertex::<NEEDS>(&hit, surface, -wi, choice);
+            let vertex = scene.vertex::<NEEDS>(&hit, surface, -wi, roulette_u[1][lane]);
             if needs.contains(Needs::AUXILIARY) && depth == 0 && !tile.auxiliary.is_empty() {
                 count(Counter::Auxiliary);
                 let a = &mut tile.auxiliary[index];
@@ -196,18 +208,13 @@ fn trace_packet<const NEEDS: u32>(
                     continue;
                 }
             }
-            let [lobe, pick] = if needs.contains(Needs::CHOICE) {
-                count(Counter::Choice);
-                sampler.get_2d(sample, depth + 1, Dimension::Choice)
-            } else {
-                [0.5; 2]
-            };
+            let (lobe, pick) = (choice_u[0][lane], choice_u[1][lane]);
             if needs.contains(Needs::LIGHT_SAMPLING)
                 && settings.estimator != Estimator::BsdfOnly
                 && !vertex.bsdf.is_all_delta()
             {
                 count(Counter::LightSample);
-                let u = sampler.get_2d(sample, depth + 1, Dimension::Light);
+                let u = [light_u[0][lane], light_u[1][lane]];
                 let context = scene.light_context();
                 if let Some(light) = scene.lights.sample(vertex.surface.p, pick, u, &context) {
                     let wi = vertex.frame.to_local(light.wi);
@@ -231,7 +238,7 @@ fn trace_packet<const NEEDS: u32>(
                     }
                 }
             }
-            let u = sampler.get_2d(sample, depth + 1, Dimension::Bsdf);
+            let u = [bsdf_u[0][lane], bsdf_u[1][lane]];
             let Some(s) = vertex.bsdf.sample(vertex.wo, lobe, u) else {
                 active &= !(1 << lane);
                 continue;
@@ -243,7 +250,7 @@ fn trace_packet<const NEEDS: u32>(
             }
             let survive = survival(settings, depth, path.throughput * path.eta_scale);
             if survive < 1.0 {
-                if sampler.get_2d(sample, depth + 1, Dimension::Roulette)[0] >= survive {
+                if roulette_u[0][lane] >= survive {
                     active &= !(1 << lane);
                     continue;
                 }

@@ -2,6 +2,8 @@
 
 pub mod sobol;
 
+use multiversion::multiversion;
+
 pub use sparing_scene::description::SamplerKind;
 
 /// What a two-dimensional sample is used for. Each use at each path vertex is a dimension of its own, with
@@ -40,32 +42,73 @@ impl PixelSampler {
         Self { kind, pixel_seed: hash(x ^ hash(y ^ seed)) }
     }
 
+    /// [`PixelSampler::get_2d`] for samples `first..first + 16` at once.
+    #[inline]
+    #[must_use]
+    pub fn get_2d_packet(&self, first: u32, vertex: u32, dimension: Dimension) -> [[f32; 16]; 2] {
+        let seed = self.sequence_seed(vertex, dimension);
+        match self.kind {
+            SamplerKind::Sobol => sobol_packet(sobol::OwenSobol::new(seed), first),
+            SamplerKind::Independent => independent_packet(seed, first),
+        }
+    }
+
+    #[inline]
+    fn sequence_seed(&self, vertex: u32, dimension: Dimension) -> u32 {
+        let d = vertex * DIMENSIONS_PER_VERTEX + dimension as u32;
+        hash(self.pixel_seed ^ d.wrapping_mul(0x9e37_79b9))
+    }
+
     /// Two values in [0, 1) for sample `index`, path vertex `vertex` (0 is the camera).
     #[inline]
     #[must_use]
     pub fn get_2d(&self, index: u32, vertex: u32, dimension: Dimension) -> [f32; 2] {
-        let d = vertex * DIMENSIONS_PER_VERTEX + dimension as u32;
-        let seed = hash(self.pixel_seed ^ d.wrapping_mul(0x9e37_79b9));
+        let seed = self.sequence_seed(vertex, dimension);
         let bits = match self.kind {
             SamplerKind::Sobol => sobol::owen_sobol_2d(index, seed),
-            SamplerKind::Independent => {
-                let a = hash(index ^ seed);
-                [a, hash(a ^ 0x68bc_21eb)]
-            }
+            SamplerKind::Independent => independent(seed, index),
         };
         bits.map(to_unit_float)
     }
 }
 
+#[inline(always)]
+fn independent(seed: u32, index: u32) -> [u32; 2] {
+    let a = hash(index ^ seed);
+    [a, hash(a ^ 0x68bc_21eb)]
+}
+
+// The same integer and exactly rounded operations on every instruction set: the values do not depend on it.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2"))]
+fn sobol_packet(sequence: sobol::OwenSobol, first: u32) -> [[f32; 16]; 2] {
+    packet(|i| sequence.point(i), first)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2"))]
+fn independent_packet(seed: u32, first: u32) -> [[f32; 16]; 2] {
+    packet(|i| independent(seed, i), first)
+}
+
+#[inline(always)]
+fn packet(point: impl Fn(u32) -> [u32; 2], first: u32) -> [[f32; 16]; 2] {
+    let mut values = [[0.0; 16]; 2];
+    let [x, y] = &mut values;
+    for (lane, (x, y)) in x.iter_mut().zip(y).enumerate() {
+        [*x, *y] = point(first.wrapping_add(lane as u32)).map(to_unit_float);
+    }
+    values
+}
+
 /// The upper 24 bits as a number in [0, 1 - 2^-24].
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn to_unit_float(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+    // Through i32: unsigned conversion is a library of instructions before AVX-512.
+    (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
 /// A bijective 32-bit mixer of low bias ("lowbias32" by C. Wellons, hash-prospector project, 2018).
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
@@ -92,6 +135,20 @@ mod tests {
             }
         }
         assert!(to_unit_float(u32::MAX) < 1.0);
+    }
+
+    #[test]
+    fn packets_hold_the_same_values() {
+        for kind in [SamplerKind::Sobol, SamplerKind::Independent] {
+            let s = PixelSampler::new(kind, 1, 100, 7);
+            for first in [0, 8, 16, 1000, u32::MAX - 3] {
+                let packet = s.get_2d_packet(first, 3, Dimension::Light);
+                for lane in 0..16 {
+                    let one = s.get_2d(first.wrapping_add(lane as u32), 3, Dimension::Light);
+                    assert_eq!([packet[0][lane], packet[1][lane]], one);
+                }
+            }
+        }
     }
 
     #[test]

@@ -5,22 +5,55 @@
 //! N. Vegdahl's improvement of the Laine-Karras permutation (2021). Every power-of-two block of samples
 //! is a (0, m, 2)-net.
 
-/// Point `index` of the scrambled and shuffled sequence `seed`, as 32-bit fractions.
+/// One shuffled and scrambled sequence.
+#[derive(Clone, Copy, Debug)]
+pub struct OwenSobol {
+    shuffle: u32,
+    scramble: [u32; 2],
+}
+
+impl OwenSobol {
+    /// The sequence of a seed; seeds should come out of a hash.
+    #[inline]
+    #[must_use]
+    pub fn new(seed: u32) -> Self {
+        let x = super::hash(seed.wrapping_mul(0x9e37_79b9) ^ 0x6a09_e667);
+        let y = super::hash(seed.wrapping_mul(0x85eb_ca6b) ^ 0xbb67_ae85);
+        Self { shuffle: seed, scramble: [x, y] }
+    }
+
+    /// Point `index` as 32-bit fractions.
+    #[inline(always)]
+    #[must_use]
+    pub fn point(&self, index: u32) -> [u32; 2] {
+        let shuffled = reverse_bits(laine_karras(reverse_bits(index), self.shuffle));
+        // The radical inverse of the first dimension and the bit reversal around its scrambling cancel.
+        let x = reverse_bits(laine_karras(shuffled, self.scramble[0]));
+        let y = reverse_bits(laine_karras(pascal(shuffled), self.scramble[1]));
+        [x, y]
+    }
+}
+
+/// Point `index` of the sequence of `seed`.
 #[inline]
 #[must_use]
 pub fn owen_sobol_2d(index: u32, seed: u32) -> [u32; 2] {
-    let seed_x = seed.wrapping_mul(0x9e37_79b9) ^ 0x6a09_e667;
-    let seed_y = seed.wrapping_mul(0x85eb_ca6b) ^ 0xbb67_ae85;
-    let shuffled = laine_karras(index.reverse_bits(), seed).reverse_bits();
-    // The radical inverse of the first dimension and the bit reversal around its scrambling cancel.
-    let x = laine_karras(shuffled, super::hash(seed_x)).reverse_bits();
-    let y = laine_karras(pascal(shuffled), super::hash(seed_y)).reverse_bits();
-    [x, y]
+    OwenSobol::new(seed).point(index)
+}
+
+/// Spelled out so that loops over it become vector code.
+#[inline(always)]
+fn reverse_bits(x: u32) -> u32 {
+    let x = (x >> 1) & 0x5555_5555 | (x & 0x5555_5555) << 1;
+    let x = (x >> 2) & 0x3333_3333 | (x & 0x3333_3333) << 2;
+    let x = (x >> 4) & 0x0f0f_0f0f | (x & 0x0f0f_0f0f) << 4;
+    let x = (x >> 8) & 0x00ff_00ff | (x & 0x00ff_00ff) << 8;
+    x.rotate_left(16)
 }
 
 /// A permutation in which each output bit depends only on input bits of the same or lower position: on
 /// bit-reversed numbers that is an Owen scrambling.
-#[inline]
+#[inline(always)]
 fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -31,7 +64,7 @@ fn laine_karras(mut x: u32, seed: u32) -> u32 {
 
 /// Product with Pascal's triangle modulo 2, the generator matrix of Sobol's second dimension, in
 /// log2(32) steps: the matrix is a Kronecker power of [[1, 1], [0, 1]].
-#[inline]
+#[inline(always)]
 fn pascal(mut x: u32) -> u32 {
     x ^= (x & 0xaaaa_aaaa) >> 1;
     x ^= (x & 0xcccc_cccc) >> 2;
