@@ -54,7 +54,7 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
             }
             let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
             let plastic = CoatedDiffuse { reflectance: Vec3::ONE, eta: 1.5, internal_reflectance, ggx };
-            check("white plastic", Bsdf::CoatedDiffuse(plastic), 1.0, if smooth { 0.995 } else { 0.3 });
+            check("white plastic", Bsdf::CoatedDiffuse(plastic), 1.0, if smooth { 0.995 } else { 0.15 });
         }
     }
 }

@@ -184,10 +184,10 @@ impl Diagnostic for SceneError {
     }
 }
 
-/// `did you mean` for a misspelt word: the closest of `known` within a third of its length.
+/// `did you mean` for a misspelt word: the closest of `known` within a third of its letters.
 pub(crate) fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let best = known.into_iter().map(|name| (edit_distance(word, name), name)).min()?;
-    let allowed = (word.chars().count() / 3).max(1);
+    let allowed = word.chars().count().div_ceil(3);
     (best.0 <= allowed).then(|| format!("did you mean `{}`?", best.1))
 }
 

@@ -136,6 +136,10 @@ impl LineReader {
 
     fn check_face(&mut self) -> Result<(), SceneError> {
         let text = std::str::from_utf8(&self.line).unwrap_or_default();
+        if text.split_ascii_whitespace().nth(1).is_none() {
+            let message = "a face needs corners";
+            return Err(SceneError::new(ErrorKind::Value, message).at(&self.span()));
+        }
         let mut ahead = false;
         for corner in text.split_ascii_whitespace().skip(1) {
             for (index, count) in corner.split('/').zip(self.counts) {

@@ -106,13 +106,8 @@ pub(crate) fn read(
     let (file, _) = source::open(path, options)?;
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let mut reader = LineReader::new(file, path);
-    let settings = tobj::LoadOptions {
-        single_index: true,
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
+    let settings =
+        tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
     let once = RefCell::new((HashSet::new(), &mut *warnings));
     let loaded = tobj::load_obj_buf(&mut reader, &settings, |name| {
         let mut all = (Vec::new(), HashMap::default());
@@ -148,7 +143,7 @@ pub(crate) fn read(
     let mut triangles = 0;
     for model in models {
         let material = model.mesh.material_id;
-        let mesh = convert(model.mesh, &model.name, path, warnings)?;
+        let mesh = convert(&model.mesh, &model.name, path, warnings)?;
         triangles += mesh.indices.len() as u64;
         if triangles > options.max_triangles {
             return Err(options.exceeded("max_triangles", options.max_triangles, triangles).in_file(path));
@@ -161,7 +156,7 @@ pub(crate) fn read(
 }
 
 fn convert(
-    mesh: tobj::Mesh,
+    mesh: &tobj::Mesh,
     name: &str,
     path: &Path,
     warnings: &mut Warnings,

@@ -117,7 +117,7 @@ impl Builder<'_> {
                 let ty = parser.string(at)?;
                 let class = parser.string(at)?;
                 let params = parser.params()?;
-                self.texture(texture, ty, class, params)?;
+                self.texture(texture, &ty, &class, params)?;
             }
             "Material" => {
                 let (ty, span) = parser.string(at)?;

@@ -80,7 +80,7 @@ impl Builder<'_> {
             }
         }
         self.count_triangles(mesh.indices.len())?;
-        let area = mesh.indices.iter().flat_map(|q| halves(q)).map(|half| half.length() / 2.0).sum();
+        let area = mesh.indices.iter().flat_map(halves).map(|half| half.length() / 2.0).sum();
         let flip = mesh.normals.is_none() && self.winding_flips();
         self.add_shape(Geometry::Quads(mesh), area, flip, at)
     }

@@ -7,7 +7,7 @@
 //! pbrt; without them the winding does, seen in the space of the shape, and `ReverseOrientation` flips it.
 //!
 //! Own extensions: `Shape "objmesh" "string filename"`, `PixelFilter "blackmanharris"`, `"rgb tint"` of
-//! `dielectric`, `"string wrap" "mirror"`.
+//! `dielectric`, and for pictures `"string wrap" "mirror"` and `"string encoding" "alpha"` (the alpha channel).
 
 mod camera;
 mod directives;

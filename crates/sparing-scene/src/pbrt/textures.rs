@@ -23,8 +23,8 @@ impl Builder<'_> {
     pub(super) fn texture(
         &mut self,
         name: String,
-        ty: (String, Span),
-        class: (String, Span),
+        ty: &(String, Span),
+        class: &(String, Span),
         mut params: ParamList,
     ) -> Result<(), SceneError> {
         params.add_defaults(&self.state.texture_defaults);
@@ -37,7 +37,7 @@ impl Builder<'_> {
                 return Err(error.at(&ty.1).help("texture types are float and spectrum"));
             }
         };
-        let value = self.texture_value(&class, &params, is_float)?;
+        let value = self.texture_value(class, &params, is_float)?;
         params.warn_unused(&format!("texture `{name}`"), &mut self.warnings);
         if is_float {
             let value = match value {
@@ -118,6 +118,7 @@ impl Builder<'_> {
             None => TextureEncoding::Auto,
             Some(("sRGB", _)) => TextureEncoding::Srgb,
             Some(("linear", _)) => TextureEncoding::Linear,
+            Some(("alpha", _)) => TextureEncoding::Alpha,
             Some((text, param)) => {
                 let gamma = text.strip_prefix("gamma").and_then(|rest| rest.trim().parse::<f32>().ok());
                 match gamma {
@@ -125,7 +126,7 @@ impl Builder<'_> {
                     _ => {
                         return Err(param
                             .value_error(0, format!("there is no encoding `{text}`"))
-                            .help("encodings are sRGB, linear and `gamma 2.2`"));
+                            .help("encodings are sRGB, linear, `gamma 2.2` and alpha"));
                     }
                 }
             }

@@ -1,1 +1,0 @@
-//! Meshes made by formulas, for demo scenes, tests and benches.

@@ -1,0 +1,166 @@
+//! Whatever the bytes, loading ends, with a scene or an error: never a panic, within the limits.
+
+use proptest::prelude::*;
+use sparing_scene::{ErrorKind, LoadOptions, load_pbrt_text, load_with};
+use std::path::Path;
+
+const VALID: &str = include_str!("fixtures/everything.pbrt");
+
+fn limits() -> LoadOptions {
+    LoadOptions { max_values: 1000, max_entities: 1000, max_nesting: 20, ..LoadOptions::default() }
+}
+
+fn text(text: &[u8]) {
+    if let Ok(scene) = load_pbrt_text(text, Path::new("tests/fixtures"), &limits()) {
+        scene.validate().unwrap();
+    }
+}
+
+fn obj(bytes: &[u8]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, bytes).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), bytes).unwrap();
+    if let Ok(scene) = load_with(&path, &limits()) {
+        scene.validate().unwrap();
+    }
+}
+
+#[test]
+fn the_valid_scene_is_valid() {
+    let scene =
+        load_pbrt_text(VALID.as_bytes(), Path::new("tests/fixtures"), &LoadOptions::default()).unwrap();
+    assert_eq!(scene.warnings, Vec::<String>::new());
+}
+
+/// Words that a scene is made of, for texts that get further than random bytes.
+fn words() -> impl Strategy<Value = String> {
+    let word = prop::sample::select(VALID.split_ascii_whitespace().collect::<Vec<_>>());
+    prop::collection::vec(word, 0..60).prop_map(|words| words.join(" "))
+}
+
+fn obj_lines() -> impl Strategy<Value = String> {
+    let key = prop::sample::select(vec![
+        "v", "vt", "vn", "f", "l", "p", "g", "o", "usemtl", "mtllib", "newmtl", "Kd", "Ks", "Ke", "Ns", "d",
+        "illum", "map_Kd", "Tf", "Pr", "Ni", "s", "#", "map_Bump", "norm",
+    ]);
+    let value = prop::sample::select(vec![
+        "0",
+        "1",
+        "2",
+        "3",
+        "-1",
+        "-2",
+        "1/1/1",
+        "2//2",
+        "3/3",
+        "0.5",
+        "1e30",
+        "1e39",
+        "nan",
+        "a",
+        "a.mtl",
+        "-bm",
+        "-s",
+        "",
+        "9223372036854775807",
+        "-9223372036854775808",
+        "1/9999999999999999999",
+        "\\",
+        "6",
+    ]);
+    let line = (key, prop::collection::vec(value, 0..6))
+        .prop_map(|(key, values)| format!("{key} {}\n", values.join(" ")));
+    prop::collection::vec(line, 0..40).prop_map(|lines| lines.concat())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn arbitrary_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        text(&bytes);
+        obj(&bytes);
+    }
+
+    #[test]
+    fn mutated_scenes(
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..3), 1..8)
+    ) {
+        let mut bytes = VALID.as_bytes().to_vec();
+        for (at, value, kind) in edits {
+            if bytes.is_empty() {
+                break;
+            }
+            let at = at.index(bytes.len());
+            match kind {
+                0 => bytes[at] = value,
+                1 => drop(bytes.remove(at)),
+                _ => bytes.truncate(at.max(1)),
+            }
+        }
+        text(&bytes);
+    }
+
+    #[test]
+    fn shuffled_words(words in words()) {
+        text(words.as_bytes());
+        text(format!("WorldBegin {words}").as_bytes());
+    }
+
+    #[test]
+    fn shuffled_obj_lines(lines in obj_lines()) {
+        obj(format!("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n{lines}").as_bytes());
+    }
+}
+
+#[test]
+fn every_limit_names_itself() {
+    let sphere = "Shape \"sphere\"\n";
+    let mesh = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]\n";
+    let folder = tempfile::tempdir().unwrap();
+    for i in 0..40 {
+        let next = format!("Include \"{}.pbrt\"\n{sphere}", i + 1);
+        std::fs::write(folder.path().join(format!("{i}.pbrt")), next).unwrap();
+    }
+    std::fs::write(folder.path().join("40.pbrt"), sphere).unwrap();
+    let small = LoadOptions {
+        max_values: 8,
+        max_entities: 5,
+        max_nesting: 3,
+        max_triangles: 2,
+        ..LoadOptions::default()
+    };
+    let cases = [
+        ("max_values", mesh.to_owned(), small.clone()),
+        ("max_entities", sphere.repeat(9), small.clone()),
+        ("max_nesting", "AttributeBegin ".repeat(9), small.clone()),
+        ("max_triangles", mesh.repeat(3), LoadOptions { max_values: 9, ..small }),
+        ("max_include_depth", "Include \"0.pbrt\"".to_owned(), LoadOptions::default()),
+        (
+            "max_file_bytes",
+            "Include \"40.pbrt\"".to_owned(),
+            LoadOptions { max_file_bytes: 3, ..LoadOptions::default() },
+        ),
+        (
+            "max_total_bytes",
+            "Include \"40.pbrt\"".to_owned(),
+            LoadOptions { max_total_bytes: 9, ..LoadOptions::default() },
+        ),
+    ];
+    for (name, scene, options) in cases {
+        let error =
+            load_pbrt_text(format!("WorldBegin {scene}").as_bytes(), folder.path(), &options).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Limit, "{error}");
+        assert!(error.message().contains(name), "{error}");
+    }
+}
+
+#[test]
+fn warnings_are_bounded() {
+    let scene = format!("WorldBegin {}", "Shape \"sphere\" \"float raduis\" 1\n".repeat(1000));
+    let scene = load_pbrt_text(scene.as_bytes(), Path::new("."), &LoadOptions::default()).unwrap();
+    assert_eq!(scene.warnings.len(), 201);
+    assert_eq!(scene.warnings[0], "text:1:27: parameter `raduis` of shape `sphere` is not known and ignored");
+    assert_eq!(scene.warnings[200], "801 more warnings");
+}
