@@ -28,6 +28,20 @@ pub trait UserPrimitive: Send + Sync + 'static {
     }
 }
 
+impl<T: UserPrimitive + ?Sized> UserPrimitive for Arc<T> {
+    fn bounds(&self, prim_id: u32, time_step: u32) -> Bounds {
+        (**self).bounds(prim_id, time_step)
+    }
+
+    fn intersect(&self, prim_id: u32, ray: &Ray) -> Option<UserHit> {
+        (**self).intersect(prim_id, ray)
+    }
+
+    fn occluded(&self, prim_id: u32, ray: &Ray) -> bool {
+        (**self).occluded(prim_id, ray)
+    }
+}
+
 /// A hit of a user primitive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UserHit {
