@@ -248,10 +248,10 @@ impl SceneBuilder {
         self.inner.device.clear_error();
         let monitor = self.progress.take().map(|closure| {
             let panics = Arc::clone(&self.inner.panics);
-            Box::new(Monitor { closure, panics })
+            Monitor { closure, panics }
         });
         let result = {
-            let _registered = monitor.as_deref().map(|monitor| Registered::new(raw, monitor));
+            let _registered = monitor.as_ref().map(|monitor| Registered::new(raw, monitor));
             build(raw, &self.inner.device)
         };
         if let Some(payload) = self.inner.panics.take() {
@@ -338,5 +338,5 @@ impl Drop for Registered<'_> {
 unsafe extern "C" fn on_progress(monitor: *mut c_void, done: f64) -> bool {
     // SAFETY: the pointer is the one registered, alive during the commit.
     let monitor = unsafe { &*monitor.cast_const().cast::<Monitor>() };
-    monitor.panics.guard(false, || (monitor.closure)(done))
+    monitor.panics.guard_in_build(false, || (monitor.closure)(done))
 }

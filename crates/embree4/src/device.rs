@@ -28,7 +28,7 @@ struct DeviceInner {
     raw: sys::RTCDevice,
     version: (u32, u32, u32),
     /// Embree calls into this until the device is gone, which is after `drop` below.
-    monitor: Box<MemoryMonitor>,
+    monitor: Arc<MemoryMonitor>,
 }
 
 // SAFETY: Embree's devices are counted atomically and their functions may be called from any thread; the monitor
@@ -55,7 +55,6 @@ impl Device {
     }
 
     /// Options for a device.
-    #[must_use]
     pub fn builder() -> DeviceBuilder {
         DeviceBuilder::default()
     }
@@ -68,7 +67,7 @@ impl Device {
             let code = unsafe { sys::rtcGetDeviceError(ptr::null_mut()) };
             return Err(Error::embree(code, "no device could be created"));
         }
-        let monitor = Box::new(monitor);
+        let monitor = Arc::new(monitor);
         let mut inner = DeviceInner { raw, version: (0, 0, 0), monitor };
         inner.version = version(raw);
         if inner.version.0 != 4 || inner.version.1 < 3 {

@@ -52,7 +52,7 @@ impl<'a> FilterHit<'a> {
     /// # Safety
     /// `ray` and `hit` must point to the rays and hits of a packet of `stride` that is valid for reads for `'a`,
     /// and `lane` must be below `stride`.
-    unsafe fn new(ray: *const f32, hit: *const f32, stride: usize, lane: usize) -> Self {
+    pub(crate) unsafe fn new(ray: *const f32, hit: *const f32, stride: usize, lane: usize) -> Self {
         Self { ray, hit, stride, lane, packet: PhantomData }
     }
 

@@ -8,12 +8,16 @@ mod device;
 mod error;
 mod features;
 mod filter;
+mod float_env;
 pub mod geometry;
+mod interpolate;
 mod layout;
 mod memory;
 mod packet;
 mod panics;
+mod point_query;
 mod query;
+mod query_filter;
 mod ray;
 mod scene;
 
@@ -30,9 +34,11 @@ pub use geometry::{
     InstanceArray, OrientedDiscs, QuadMesh, Spheres, Subdivision, TriangleMesh, UserGeometry, UserHit,
     UserPrimitive,
 };
+pub use interpolate::{Interpolated, VertexData};
 pub use memory::MemoryEvent;
 pub use packet::{Hit4, Hit8, Hit16, Ray4, Ray8, Ray16, RayHit4, RayHit8, RayHit16, Valid4, Valid8, Valid16};
 pub use panics::PanicPayload;
+pub use point_query::PointCandidate;
 pub use query::QueryOptions;
 pub use ray::{Hit, INVALID_ID, Ray, RayHit};
 pub use scene::Scene;

@@ -1,6 +1,7 @@
 //! Counts Embree's memory and lets a closure veto allocations.
 
 use std::ffi::c_void;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
 use embree4_sys as sys;
@@ -39,12 +40,12 @@ impl MemoryMonitor {
         u64::try_from(self.peak.load(Ordering::Relaxed)).unwrap_or(0)
     }
 
-    /// Registers with the device. The monitor must stay at its address until the device is gone.
-    pub(crate) fn install(self: &Box<Self>, device: sys::RTCDevice) {
-        let this: *const Self = &raw const **self;
-        // SAFETY: `DeviceInner` owns the box and drops it after the device. The callback only makes shared
-        // references of the pointer, and the type is Sync.
-        unsafe { sys::rtcSetDeviceMemoryMonitorFunction(device, Some(on_memory), this.cast_mut().cast()) }
+    /// Registers with the device, which must not outlive this count of the monitor.
+    pub(crate) fn install(self: &Arc<Self>, device: sys::RTCDevice) {
+        let this = Arc::as_ptr(self).cast_mut().cast::<c_void>();
+        // SAFETY: `DeviceInner` drops its count after the device. The callback only makes shared references of the
+        // pointer, and the type is Sync.
+        unsafe { sys::rtcSetDeviceMemoryMonitorFunction(device, Some(on_memory), this) }
     }
 
     fn on_event(&self, bytes: i64, done: bool) -> bool {
@@ -53,7 +54,7 @@ impl MemoryMonitor {
             self.peak.fetch_max(now, Ordering::Relaxed);
         }
         let Some(veto) = &self.veto else { return true };
-        let allowed = self.panics.guard(false, || veto(MemoryEvent { bytes, done }));
+        let allowed = self.panics.guard_in_build(false, || veto(MemoryEvent { bytes, done }));
         if !allowed && bytes > 0 && !done {
             // The allocation will not happen, so no release will be reported for it.
             self.current.fetch_sub(bytes, Ordering::Relaxed);

@@ -5,6 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::float_env::with_default_floats;
+
 /// What a panicking callback threw, as from `std::thread::JoinHandle::join`.
 pub type PanicPayload = Box<dyn Any + Send + 'static>;
 
@@ -25,6 +27,11 @@ impl PanicStash {
                 fallback
             }
         }
+    }
+
+    /// [`guard`](Self::guard) for callbacks of a build.
+    pub(crate) fn guard_in_build<R>(&self, fallback: R, callback: impl FnOnce() -> R) -> R {
+        with_default_floats(|| self.guard(fallback, callback))
     }
 
     fn keep(&self, payload: PanicPayload) {

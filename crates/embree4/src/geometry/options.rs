@@ -138,7 +138,6 @@ macro_rules! geometry_options {
     ($type:ty) => {
         impl $type {
             /// Only rays whose mask shares a bit with this one see the geometry. The default is 1.
-            #[must_use]
             pub fn mask(mut self, mask: u32) -> Self {
                 self.options.mask = mask;
                 self
@@ -146,14 +145,12 @@ macro_rules! geometry_options {
 
             /// How much work the build may spend on this geometry, in scenes with
             /// [`SceneFlags::DYNAMIC`](crate::SceneFlags::DYNAMIC).
-            #[must_use]
             pub fn build_quality(mut self, quality: $crate::BuildQuality) -> Self {
                 self.options.quality = quality;
                 self
             }
 
             /// The times of the first and last time step, instead of 0 and 1.
-            #[must_use]
             pub fn time_range(mut self, start: f32, end: f32) -> Self {
                 self.options.time_range = Some((start, end));
                 self
@@ -173,7 +170,6 @@ macro_rules! filter_options {
             ///
             /// A panic in a filter rejects the hit and can be fetched with
             /// [`Scene::take_panic`](crate::Scene::take_panic). Filters may be called several times for one hit.
-            #[must_use]
             pub fn filter(
                 mut self,
                 filter: impl Fn(&$crate::FilterHit<'_>) -> bool + Send + Sync + 'static,
@@ -183,7 +179,6 @@ macro_rules! filter_options {
             }
 
             /// Calls `filter` for every possible hit of `occluded`; it returns true if the hit blocks the ray.
-            #[must_use]
             pub fn occlusion_filter(
                 mut self,
                 filter: impl Fn(&$crate::FilterHit<'_>) -> bool + Send + Sync + 'static,
@@ -203,7 +198,6 @@ macro_rules! vertex_options {
             /// Adds vertices for further time steps, which divide the time range evenly; the vertices given to
             /// the constructor are the first step. There can be 129 steps in all, and every one needs as many
             /// vertices as the first.
-            #[must_use]
             pub fn time_steps<B: Into<$crate::SharedBuffer<$element>>>(
                 mut self,
                 later: impl IntoIterator<Item = B>,
@@ -214,7 +208,6 @@ macro_rules! vertex_options {
 
             /// Attaches values to the vertices, for [`Scene::interpolate`](crate::Scene::interpolate). Slots
             /// count from 0; there can be 16.
-            #[must_use]
             pub fn vertex_attribute(
                 mut self,
                 slot: u32,

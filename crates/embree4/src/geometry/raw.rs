@@ -33,6 +33,12 @@ impl Slot {
     }
 }
 
+/// Kinds of geometry without coordinates to interpolate at.
+const NOT_SURFACES: FeatureMask = FeatureMask::POINT
+    .union(FeatureMask::USER_GEOMETRY)
+    .union(FeatureMask::INSTANCE)
+    .union(FeatureMask::INSTANCE_ARRAY);
+
 /// A buffer in use: what it is made of, and its owner.
 pub(crate) struct Bound {
     pub(crate) format: sys::RTCFormat,
@@ -48,10 +54,12 @@ pub(crate) struct RawGeometry {
     // release their own handle before they drop this.
     pub(crate) buffers: BTreeMap<Slot, Bound>,
     pub(crate) scenes: Vec<Scene>,
-    callbacks: Option<Box<Callbacks>>,
+    callbacks: Option<Arc<Callbacks>>,
     pub(crate) kind: sys::RTCGeometryType,
     pub(crate) primitives: u32,
     pub(crate) steps: u32,
+    /// Whether values on the surface can be interpolated.
+    pub(crate) interpolates: bool,
     pub(crate) features: FeatureMask,
 }
 
@@ -96,6 +104,7 @@ impl RawGeometry {
             kind,
             primitives,
             steps: 1,
+            interpolates: !features.intersects(NOT_SURFACES),
             features,
         })
     }
@@ -185,9 +194,9 @@ impl RawGeometry {
 
     /// Gives the geometry its user pointer and filters. User geometries are not filtered by Embree.
     pub(crate) fn set_callbacks(&mut self, callbacks: Callbacks) {
-        let callbacks = Box::new(callbacks);
-        let pointer: *const Callbacks = &raw const *callbacks;
-        // SAFETY: the geometry is valid and not shared. The box stays in `self` as long as the geometry can be
+        let callbacks = Arc::new(callbacks);
+        let pointer = Arc::as_ptr(&callbacks);
+        // SAFETY: the geometry is valid and not shared. The callbacks stay in `self` as long as the geometry can be
         // traced, and the trampolines only make shared references of the pointer.
         unsafe {
             sys::rtcSetGeometryUserData(self.raw(), pointer.cast_mut().cast::<c_void>());

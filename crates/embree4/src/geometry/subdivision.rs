@@ -26,7 +26,16 @@ pub enum BoundaryMode {
     PinAll,
 }
 
+/// Most corners of a face.
+const MAX_CORNERS: u32 = 15;
+/// Most faces that meet at a vertex; Embree's own limit is one more.
+const MAX_RING_FACES: usize = 63;
+/// Most vertices of the faces that meet at a vertex.
+const MAX_RING_POINTS: usize = 126;
+
 /// A control mesh of polygons and the smooth surface that it describes.
+///
+/// A face has 3 to 15 corners. Up to 63 faces may meet at a vertex, fewer if they have many corners.
 #[must_use]
 pub struct Subdivision {
     vertices: Steps<[f32; 3]>,
@@ -46,7 +55,7 @@ filter_options!(Subdivision);
 vertex_options!(Subdivision, [f32; 3]);
 
 impl Subdivision {
-    /// A mesh of faces: how many corners each has (at least 3), and the vertices of all corners, face by face.
+    /// A mesh of faces: how many corners each has (3 to 15), and the vertices of all corners, face by face.
     pub fn new(
         vertices: impl Into<SharedBuffer<[f32; 3]>>,
         face_sizes: impl Into<SharedBuffer<u32>>,
@@ -113,12 +122,13 @@ impl Subdivision {
     fn check(&self) -> Result<(), Error> {
         check_count("corners", self.indices.len(), u32::MAX as usize - 1)?;
         let vertices = self.vertices.first.len();
-        if self.face_sizes.iter().any(|&corners| corners < 3) {
-            return Err(Error::InvalidOption { what: "face sizes", reason: "a face needs three corners" });
+        if self.face_sizes.iter().any(|corners| !(3..=MAX_CORNERS).contains(corners)) {
+            return Err(Error::InvalidOption { what: "face sizes", reason: "a face has 3 to 15 corners" });
         }
         let corners = self.face_sizes.iter().fold(0_usize, |sum, &n| sum.saturating_add(n as usize));
         check_length("corners of subdivision faces", self.indices.len(), corners)?;
         check_indices("vertex index", &self.indices, vertices)?;
+        self.check_rings()?;
         if let Some(levels) = &self.levels {
             check_length("edge levels", levels.len(), corners)?;
             check_finite("edge level", levels)?;
@@ -136,6 +146,25 @@ impl Subdivision {
             Some(holes) => check_indices("face of a hole", holes, self.face_sizes.len()),
             None => Ok(()),
         }
+    }
+
+    /// Embree's tables hold the faces around a vertex, and the vertices of those faces, up to a limit. It leaves
+    /// out faces beyond it when it builds, but not when it interpolates.
+    fn check_rings(&self) -> Result<(), Error> {
+        let mut rings = vec![(0_usize, 1_usize); self.vertices.first.len()];
+        let mut corners = self.indices.iter();
+        for &size in self.face_sizes.iter() {
+            for &vertex in corners.by_ref().take(size as usize) {
+                let (faces, points) = &mut rings[vertex as usize];
+                *faces += 1;
+                *points += size as usize - 2;
+            }
+        }
+        let faces = rings.iter().map(|ring| ring.0).max().unwrap_or(0);
+        let points = rings.iter().map(|ring| ring.1).max().unwrap_or(0);
+        check_count("faces around a vertex", faces, MAX_RING_FACES)?;
+        check_count("vertices around a vertex", points, MAX_RING_POINTS)?;
+        Ok(())
     }
 }
 

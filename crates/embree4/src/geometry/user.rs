@@ -15,8 +15,6 @@ use crate::{Bounds, Error, FeatureMask, FilterHit, Hit, Ray};
 /// or `occluded` counts as a miss and can be fetched with [`Scene::take_panic`](crate::Scene::take_panic).
 pub trait UserPrimitive: Send + Sync + 'static {
     /// A box around the primitive at the given time step. Empty or non-finite boxes are never asked again.
-    ///
-    /// Embree builds with denormal numbers switched off on the processor; results may be rounded accordingly.
     fn bounds(&self, prim_id: u32, time_step: u32) -> Bounds;
 
     /// The nearest hit between `ray.tnear` and `ray.tfar`. Hits outside of that are ignored.
@@ -27,6 +25,20 @@ pub trait UserPrimitive: Send + Sync + 'static {
     /// With an occlusion filter set, `intersect` is asked instead, because the filter needs to see the hit.
     fn occluded(&self, prim_id: u32, ray: &Ray) -> bool {
         self.intersect(prim_id, ray).is_some()
+    }
+}
+
+impl<T: UserPrimitive + ?Sized> UserPrimitive for Arc<T> {
+    fn bounds(&self, prim_id: u32, time_step: u32) -> Bounds {
+        (**self).bounds(prim_id, time_step)
+    }
+
+    fn intersect(&self, prim_id: u32, ray: &Ray) -> Option<UserHit> {
+        (**self).intersect(prim_id, ray)
+    }
+
+    fn occluded(&self, prim_id: u32, ray: &Ray) -> bool {
+        (**self).occluded(prim_id, ray)
     }
 }
 
@@ -113,8 +125,10 @@ unsafe extern "C" fn on_bounds(args: *const sys::RTCBoundsFunctionArguments) {
     // SAFETY: Embree passes valid arguments; the user pointer is our `Callbacks`, which is only shared.
     let (args, callbacks) = unsafe { (&*args, &*(*args).geometryUserPtr.cast_const().cast::<Callbacks>()) };
     let Some(primitive) = &callbacks.primitive else { return };
-    let bounds =
-        callbacks.panics.guard(Bounds::EMPTY, || primitive.bounds(args.primID, args.timeStep)).to_raw();
+    let bounds = callbacks
+        .panics
+        .guard_in_build(Bounds::EMPTY, || primitive.bounds(args.primID, args.timeStep))
+        .to_raw();
     // SAFETY: Embree passes room for one result.
     unsafe { args.bounds_o.write(bounds) };
 }
