@@ -1,0 +1,84 @@
+//! One file per subcommand.
+
+mod compare;
+mod info;
+mod options;
+mod render;
+
+pub use render::RenderArguments;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// A path tracer that learns where to spend its samples.
+#[derive(Debug, Parser)]
+#[command(name = "sparing", version = crate::VERSION, about, propagate_version = true)]
+#[command(after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted with the partial picture saved.")]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene (.pbrt, .obj) to EXR or PNG.
+    Render(Box<RenderArguments>),
+    /// Measure how far a picture is from a reference.
+    Compare(compare::CompareArguments),
+    /// Say what is in a scene or a picture, and what rendering will skip.
+    Info(info::InfoArguments),
+    /// Write shell completions to standard output.
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages into a folder.
+    Man {
+        /// Folder, made if missing.
+        #[arg(default_value = "man")]
+        folder: PathBuf,
+    },
+}
+
+/// A usage error found after parsing: exit code 2.
+#[derive(Debug)]
+pub struct Usage(String);
+
+impl Usage {
+    /// An error with a message.
+    #[must_use]
+    pub fn error(message: impl Into<String>) -> anyhow::Error {
+        anyhow::Error::new(Self(message.into()))
+    }
+}
+
+impl std::fmt::Display for Usage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
+/// Runs a command line.
+///
+/// # Errors
+/// What went wrong; [`Usage`] if the arguments were.
+pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
+    match cli.command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "sparing", &mut std::io::stdout());
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Man { folder } => {
+            std::fs::create_dir_all(&folder)?;
+            clap_mangen::generate_to(Cli::command(), &folder)?;
+            println!("{}", folder.display());
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! Sparing: a path tracer on Intel Embree 4 that learns where to spend its samples.
+//!
+//! This crate gathers the workspace's crates under one name and holds the `sparing` command.
+
+pub use embree4;
+pub use sparing_image as image;
+pub use sparing_render as render;
+pub use sparing_scene as scene;
+
+pub mod commands;
+pub mod session;
+
+/// Version and commit.
+pub const VERSION: &str = env!("SPARING_VERSION");

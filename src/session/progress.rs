@@ -1,0 +1,144 @@
+//! Progress for people (a bar or lines on standard error) and for machines (JSON lines on standard output).
+
+use super::tev::Tev;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use sparing_image::film::Film;
+use std::io::{IsTerminal, Write};
+use std::time::Instant;
+
+/// How to report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProgressMode {
+    /// A bar on a terminal, else a line a wave.
+    #[default]
+    Auto,
+    /// A bar.
+    Tty,
+    /// One JSON object a line on standard output.
+    Json,
+    /// Nothing.
+    None,
+}
+
+/// Where a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// When sampling began.
+    pub start: Instant,
+    /// Samples per pixel that the wave aims at.
+    pub spp: u32,
+    /// Pixels that are still sampled.
+    pub active_pixels: u64,
+    /// Samples taken.
+    pub done: u64,
+    /// Samples at most.
+    pub total: u64,
+}
+
+impl Progress {
+    fn fraction(&self) -> f64 {
+        self.done as f64 / self.total.max(1) as f64
+    }
+
+    fn eta_seconds(&self) -> Option<f64> {
+        let f = self.fraction();
+        (f > 0.0).then(|| self.start.elapsed().as_secs_f64() * (1.0 - f) / f)
+    }
+}
+
+/// Reports a render.
+pub struct Observer {
+    bar: Option<ProgressBar>,
+    json: bool,
+    lines: bool,
+    tev: Option<Tev>,
+}
+
+impl Observer {
+    /// An observer; `tev` is a connected viewer.
+    #[must_use]
+    pub fn new(mode: ProgressMode, tev: Option<Tev>) -> Self {
+        let tty = std::io::stderr().is_terminal();
+        let bar = (mode == ProgressMode::Tty || (mode == ProgressMode::Auto && tty)).then(|| {
+            let bar = ProgressBar::new(1000);
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar
+        });
+        Self { bar, json: mode == ProgressMode::Json, lines: mode == ProgressMode::Auto && !tty, tev }
+    }
+
+    /// Called several times a second.
+    pub fn tick(&self, p: &Progress) {
+        let eta = p.eta_seconds();
+        if let Some(bar) = &self.bar {
+            bar.set_position((p.fraction() * 1000.0) as u64);
+            bar.set_message(format!(
+                "{} spp  {} pixels active  {} left",
+                p.spp,
+                p.active_pixels,
+                eta.map_or("?".to_owned(), clock)
+            ));
+        }
+        if self.json {
+            emit(&json!({
+                "event": "progress",
+                "phase": "sampling",
+                "fraction": p.fraction(),
+                "spp": p.spp,
+                "active_pixels": p.active_pixels,
+                "samples": p.done,
+                "seconds": p.start.elapsed().as_secs_f64(),
+                "eta_seconds": eta,
+            }));
+        }
+    }
+
+    /// Called between waves.
+    pub fn barrier(&mut self, film: &Film, p: &Progress) {
+        self.tick(p);
+        if self.lines {
+            eprintln!(
+                "{:>4.0} %  {} spp  {} pixels active  {}",
+                p.fraction() * 100.0,
+                p.spp,
+                p.active_pixels,
+                clock(p.start.elapsed().as_secs_f64())
+            );
+        }
+        if let Some(tev) = &mut self.tev {
+            if let Err(e) = tev.update(film) {
+                eprintln!("warning: the viewer is gone: {e}");
+                self.tev = None;
+            }
+        }
+    }
+
+    /// Called once at the end.
+    pub fn finish(&self, stopped_by: super::StoppedBy) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        if self.json {
+            emit(&json!({ "event": "done", "stopped_by": stopped_by }));
+        }
+    }
+}
+
+fn emit(value: &serde_json::Value) {
+    // A closed pipe is the reader's decision, not an error.
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{value}").and_then(|()| out.flush());
+}
+
+/// Seconds as people write them.
+#[must_use]
+pub fn clock(seconds: f64) -> String {
+    let s = seconds.round() as u64;
+    match (s / 3600, s / 60 % 60, s % 60) {
+        (0, 0, _) => format!("{seconds:.1} s"),
+        (0, m, s) => format!("{m} min {s:02} s"),
+        (h, m, _) => format!("{h} h {m:02} min"),
+    }
+}

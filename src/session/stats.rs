@@ -1,0 +1,80 @@
+//! The statistics of a render as one JSON object.
+
+use super::{Layer, StoppedBy};
+use serde::Serialize;
+
+/// What `--stats` writes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Statistics {
+    /// Scene file.
+    pub scene: String,
+    /// Pixels across, of the part that was rendered.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Sampling policy.
+    pub policy: String,
+    /// Model of the policy.
+    pub model: Option<String>,
+    /// Seed.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// Reading the scene.
+    pub load_seconds: f64,
+    /// Building acceleration structures, light tables, textures.
+    pub build_seconds: f64,
+    /// Sampling and deciding.
+    pub render_seconds: f64,
+    /// Samples taken.
+    pub samples: u64,
+    /// Samples per pixel.
+    pub average_spp: f64,
+    /// Rays by kind.
+    pub rays: Rays,
+    /// All rays over the seconds of rendering.
+    pub rays_per_second: f64,
+    /// Waves.
+    pub layers: Vec<Layer>,
+    /// Samples that were not finite or negative.
+    pub invalid_samples: u64,
+    /// The first of them: x, y, sample index.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_invalid: Option<[u32; 3]>,
+    /// Why rendering stopped.
+    pub stopped_by: StoppedBy,
+    /// Largest memory of the process.
+    pub peak_memory_bytes: u64,
+    /// What Embree holds for the scene.
+    pub embree_bytes: u64,
+    /// Vertices, indices, normals, texture coordinates.
+    pub geometry_bytes: u64,
+    /// Decoded pictures.
+    pub texture_bytes: u64,
+    /// Embree's version.
+    pub embree_version: String,
+    /// What the scene needs.
+    pub needs: Vec<&'static str>,
+    /// What was skipped because it does not.
+    pub skipped: Vec<&'static str>,
+}
+
+/// Rays traced.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Rays {
+    /// From the camera.
+    pub camera: u64,
+    /// Between surfaces.
+    pub bounce: u64,
+    /// To lights.
+    pub shadow: u64,
+}
+
+/// Largest resident memory of this process so far; 0 where the system does not say.
+#[must_use]
+pub fn peak_memory_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|l| l.trim().strip_suffix("kB")).and_then(|n| n.trim().parse::<u64>().ok());
+    kib.unwrap_or(0) * 1024
+}
