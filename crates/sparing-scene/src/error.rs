@@ -219,4 +219,18 @@ mod tests {
         assert_eq!(did_you_mean("Sphere", known).as_deref(), Some("did you mean `sphere`?"));
         assert_eq!(did_you_mean("loopsubdiv", known), None);
     }
+
+    #[test]
+    fn diagnostics_mark_the_place_within_their_excerpt() {
+        let long = format!("{}\nWorldBegin {} Shape \"cube\" # end", "#".repeat(300), " ".repeat(500));
+        let error = crate::load_pbrt_text(long.as_bytes(), Path::new("."), &crate::LoadOptions::default());
+        let error = error.unwrap_err();
+        assert_eq!(error.position(), Some((2, 519)));
+        let label = error.labels().and_then(|mut labels| labels.next()).unwrap();
+        let contents = error.source_code().unwrap().read_span(label.inner(), 1, 1).unwrap();
+        let text = std::str::from_utf8(contents.data()).unwrap();
+        assert!(text.len() < 200);
+        assert_eq!(&text[label.offset()..label.offset() + label.len()], "\"cube\"");
+        assert_eq!(contents.line(), 1);
+    }
 }

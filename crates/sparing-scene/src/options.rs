@@ -13,10 +13,14 @@ pub struct LoadOptions {
     pub max_include_depth: u64,
     /// Nested `AttributeBegin`, `ObjectBegin` and the like.
     pub max_nesting: u64,
+    /// Parameters of one directive.
+    pub max_params: u64,
     /// Values of one parameter.
     pub max_values: u64,
     /// Triangles and quads of the whole scene, before instancing.
     pub max_triangles: u64,
+    /// Vertices of the whole scene, before instancing.
+    pub max_vertices: u64,
     /// Shapes, instances, lights, materials and textures together.
     pub max_entities: u64,
     /// Warnings that are kept; the rest is counted.
@@ -30,8 +34,10 @@ impl Default for LoadOptions {
             max_total_bytes: 16 << 30,
             max_include_depth: 32,
             max_nesting: 1000,
+            max_params: 1000,
             max_values: 1 << 30,
             max_triangles: 1 << 30,
+            max_vertices: 1 << 30,
             max_entities: 50_000_000,
             max_warnings: 200,
         }

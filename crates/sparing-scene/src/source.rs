@@ -74,11 +74,11 @@ impl Span {
         let indent = before.chars().count();
         let offset = before.len();
         let len = marked.len();
-        let text = format!("{before}{marked}{}", clean(&bytes[marked_end..to]));
+        let text = format!("{before}{marked}{}", clean(&bytes[marked_end..to]).trim_end());
         let shown_column = column - indent.min(column - 1);
         Excerpt {
             name: self.source.name.clone(),
-            text: text.trim_end().to_owned(),
+            text,
             line,
             column,
             shown_column,
@@ -110,7 +110,7 @@ impl Excerpt {
     pub fn draw(&self) -> String {
         let number = self.line.to_string();
         let margin = " ".repeat(number.len());
-        let text = &self.text;
+        let text = self.text.trim_end();
         let carets = format!("{}{}", " ".repeat(self.indent), "^".repeat(self.marks));
         format!("{margin} |\n{number} | {text}\n{margin} | {carets}\n")
     }

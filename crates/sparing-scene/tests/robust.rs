@@ -136,6 +136,12 @@ fn every_limit_names_itself() {
         ("max_entities", sphere.repeat(9), small.clone()),
         ("max_nesting", "AttributeBegin ".repeat(9), small.clone()),
         ("max_triangles", mesh.repeat(3), LoadOptions { max_values: 9, ..small }),
+        ("max_vertices", mesh.repeat(3), LoadOptions { max_vertices: 5, ..LoadOptions::default() }),
+        (
+            "max_params",
+            "Option \"bool a\" true \"bool b\" true".to_owned(),
+            LoadOptions { max_params: 1, ..LoadOptions::default() },
+        ),
         ("max_include_depth", "Include \"0.pbrt\"".to_owned(), LoadOptions::default()),
         (
             "max_file_bytes",

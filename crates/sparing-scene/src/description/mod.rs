@@ -3,6 +3,7 @@
 //! Lengths are in scene units, angles in degrees, radiance in W/(m² sr) per linear Rec.709 channel. The world
 //! is right-handed or left-handed as the file says; only [`Camera::camera_to_world`] needs to know.
 
+mod bounds;
 mod camera;
 mod light;
 mod material;

@@ -1,11 +1,15 @@
-//! Checks and measures of a whole scene.
+//! Checks of a whole scene.
 
 use super::{
     ColorInput, Conductor, FloatInput, Geometry, ImageId, Light, Material, MaterialKind, SceneDescription,
     Shape, Texture, TextureId,
 };
 use crate::error::{ErrorKind, SceneError};
-use glam::Vec3;
+
+/// Texture nodes that one lookup may visit.
+const MAX_LOOKUPS: u64 = 256;
+/// Mixes of mixes.
+const MAX_MIXES: u32 = 16;
 
 impl SceneDescription {
     /// Checks what the renderer relies on: ids in range, textures that refer backwards, numbers that are finite,
@@ -21,7 +25,7 @@ impl SceneDescription {
         for (i, material) in self.materials.iter().enumerate() {
             self.check_material(material).map_err(|what| invalid(format!("material {i}: {what}")))?;
         }
-        self.check_mixes()?;
+        self.check_nesting()?;
         let objects = self.objects.iter().flat_map(|object| &object.shapes);
         for (i, shape) in self.shapes.iter().chain(objects).enumerate() {
             self.check_shape(shape).map_err(|what| invalid(format!("shape {i}: {what}")))?;
@@ -145,17 +149,42 @@ impl SceneDescription {
         }
     }
 
-    /// Mixes may be nested but not circular: here each refers only to materials before it.
-    fn check_mixes(&self) -> Result<(), SceneError> {
-        for (i, material) in self.materials.iter().enumerate() {
-            if let MaterialKind::Mix { materials, .. } = &material.kind
-                && let Some(id) = materials.iter().find(|id| id.0 as usize >= i)
-            {
-                return Err(invalid(format!(
-                    "material {i}: it mixes material {}, which is not before it",
-                    id.0
-                )));
+    /// Textures and mixes may be nested, but a lookup must stay cheap: one texture stands for at most
+    /// [`MAX_LOOKUPS`] nodes with all it refers to, a mix for at most [`MAX_MIXES`] others below each other.
+    fn check_nesting(&self) -> Result<(), SceneError> {
+        let mut lookups: Vec<u64> = Vec::with_capacity(self.textures.len());
+        for (i, texture) in self.textures.iter().enumerate() {
+            let of = |id: TextureId| lookups.get(id.0 as usize).copied().unwrap_or(0);
+            let color = |input: &ColorInput| if let ColorInput::Texture(id) = input { of(*id) } else { 0 };
+            let float = |input: &FloatInput| if let FloatInput::Texture(id) = input { of(*id) } else { 0 };
+            let nodes = 1 + match texture {
+                Texture::Constant(_) | Texture::Image { .. } => 0,
+                Texture::Checkerboard { even, odd, .. } => color(even) + color(odd),
+                Texture::Scale { a, b } => color(a) + color(b),
+                Texture::Mix { a, b, amount } => color(a) + color(b) + float(amount),
+            };
+            if nodes > MAX_LOOKUPS {
+                return Err(invalid(format!("texture {i}: it is made of more than {MAX_LOOKUPS} textures")));
             }
+            lookups.push(nodes);
+        }
+        let mut depths: Vec<u32> = Vec::with_capacity(self.materials.len());
+        for (i, material) in self.materials.iter().enumerate() {
+            let mut depth = 0;
+            if let MaterialKind::Mix { materials, .. } = &material.kind {
+                for id in materials {
+                    let Some(below) = depths.get(id.0 as usize) else {
+                        let message =
+                            format!("material {i}: it mixes material {}, which is not before it", id.0);
+                        return Err(invalid(message));
+                    };
+                    depth = depth.max(below + 1);
+                }
+            }
+            if depth > MAX_MIXES {
+                return Err(invalid(format!("material {i}: mixes are nested deeper than {MAX_MIXES}")));
+            }
+            depths.push(depth);
         }
         Ok(())
     }
@@ -211,40 +240,6 @@ impl SceneDescription {
         };
         if finite { Ok(()) } else { Err("its numbers are out of range".to_owned()) }
     }
-
-    /// The box around all shapes and instances: lowest and highest corner. `None` if there are none.
-    #[must_use]
-    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let mut bounds = None;
-        self.shapes.iter().for_each(|shape| extend(&mut bounds, &shape.geometry, |p| p));
-        for instance in &self.instances {
-            let Some(object) = self.objects.get(instance.object as usize) else { continue };
-            let matrix = instance.object_to_world;
-            for shape in &object.shapes {
-                extend(&mut bounds, &shape.geometry, |p| matrix.transform_point3(p));
-            }
-        }
-        bounds
-    }
-
-    /// Triangles (a quad counts as two, spheres and disks as none), each object once.
-    #[must_use]
-    pub fn triangle_count(&self) -> u64 {
-        let objects = self.objects.iter().flat_map(|object| &object.shapes);
-        self.shapes.iter().chain(objects).map(|shape| shape.geometry.triangle_count()).sum()
-    }
-}
-
-impl Geometry {
-    /// Triangles; a quad counts as two, spheres and disks as none.
-    #[must_use]
-    pub fn triangle_count(&self) -> u64 {
-        match self {
-            Self::Triangles(mesh) => mesh.indices.len() as u64,
-            Self::Quads(mesh) => 2 * mesh.indices.len() as u64,
-            Self::Sphere { .. } | Self::Disk { .. } => 0,
-        }
-    }
 }
 
 fn invalid(message: String) -> SceneError {
@@ -278,20 +273,58 @@ fn check_mesh(
     Ok(())
 }
 
-fn extend(bounds: &mut Option<(Vec3, Vec3)>, geometry: &Geometry, to_world: impl Fn(Vec3) -> Vec3) {
-    let mut add = |p: Vec3| {
-        let p = to_world(p);
-        let (low, high) = bounds.unwrap_or((p, p));
-        *bounds = Some((low.min(p), high.max(p)));
-    };
-    match geometry {
-        Geometry::Triangles(mesh) => mesh.positions.iter().for_each(|&p| add(p.into())),
-        Geometry::Quads(mesh) => mesh.positions.iter().for_each(|&p| add(p.into())),
-        Geometry::Sphere { center, radius, .. } | Geometry::Disk { center, radius, .. } => {
-            for corner in 0..8 {
-                let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-                add(*center + Vec3::new(sign(0), sign(1), sign(2)) * *radius);
-            }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load_pbrt_text;
+    use glam::Vec3;
+    use std::path::Path;
+
+    fn refused(text: &str) -> String {
+        let text = format!("WorldBegin Shape \"sphere\"\n{text}");
+        load_pbrt_text(text.as_bytes(), Path::new("."), &crate::LoadOptions::default())
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn textures_that_double_and_mixes_that_nest_are_refused() {
+        let mut textures = "Texture \"t0\" \"float\" \"checkerboard\"\n".to_owned();
+        let mut mixes = "MakeNamedMaterial \"m0\" \"string type\" \"interface\"\n".to_owned();
+        for i in 0..40 {
+            let next = i + 1;
+            textures += &format!(
+                "Texture \"t{next}\" \"float\" \"scale\" \"texture tex\" \"t{i}\" \"texture scale\" \"t{i}\"\n"
+            );
+            mixes += &format!(
+                "MakeNamedMaterial \"m{next}\" \"string type\" \"mix\" \"string materials\" [ \"m{i}\" \"m{i}\" ]\n"
+            );
         }
+        assert_eq!(refused(&textures), "texture 8: it is made of more than 256 textures");
+        assert_eq!(refused(&mixes), "material 18: mixes are nested deeper than 16");
+    }
+
+    #[test]
+    fn ids_and_numbers_are_checked() {
+        let scene = || {
+            let text = b"WorldBegin Shape \"sphere\" LightSource \"point\"";
+            load_pbrt_text(text, Path::new("."), &crate::LoadOptions::default()).unwrap()
+        };
+        assert!(scene().validate().is_ok());
+        let mut broken = scene();
+        broken.shapes[0].material.0 = 7;
+        assert_eq!(broken.validate().unwrap_err().to_string(), "shape 0: there is no material 7");
+        let mut broken = scene();
+        broken.lights[0] = Light::Point { position: Vec3::NAN, intensity: Vec3::ONE };
+        assert!(broken.validate().is_err());
+        let mut broken = scene();
+        broken.film.crop = Some([0, 0, 5000, 10]);
+        assert!(broken.validate().is_err());
+        let mut broken = scene();
+        broken.textures.push(Texture::Scale {
+            a: ColorInput::Texture(TextureId(0)),
+            b: ColorInput::Constant(Vec3::ONE),
+        });
+        assert_eq!(broken.validate().unwrap_err().to_string(), "texture 0: texture 0 is not before it");
     }
 }

@@ -77,28 +77,28 @@ impl Builder<'_> {
             }
             "Camera" => {
                 let (ty, span) = parser.string(at)?;
-                self.camera(&ty, &span, &parser.params()?)?;
+                self.camera(&ty, &span, &parser.params(at)?)?;
             }
             "Film" => {
                 let (ty, span) = parser.string(at)?;
-                self.film(&ty, &span, &parser.params()?)?;
+                self.film(&ty, &span, &parser.params(at)?)?;
             }
             "PixelFilter" => {
                 let (ty, span) = parser.string(at)?;
-                self.pixel_filter(&ty, &span, &parser.params()?)?;
+                self.pixel_filter(&ty, &span, &parser.params(at)?)?;
             }
             "Sampler" => {
                 let (ty, span) = parser.string(at)?;
-                self.sampler(&ty, &span, &parser.params()?)?;
+                self.sampler(&ty, &span, &parser.params(at)?)?;
             }
             "Integrator" => {
                 let (ty, span) = parser.string(at)?;
-                self.integrator(&ty, &span, &parser.params()?)?;
+                self.integrator(&ty, &span, &parser.params(at)?)?;
             }
             // Rays always go through Embree.
             "Accelerator" => {
                 parser.string(at)?;
-                parser.params()?;
+                parser.params(at)?;
             }
             "ColorSpace" => {
                 let (space, span) = parser.string(at)?;
@@ -108,7 +108,7 @@ impl Builder<'_> {
                 }
             }
             "Option" => {
-                for param in parser.params()?.params {
+                for param in parser.params(at)?.params {
                     self.warnings.at(&param.span, format!("option `{}` is ignored", param.name));
                 }
             }
@@ -116,17 +116,17 @@ impl Builder<'_> {
                 let (texture, _) = parser.string(at)?;
                 let ty = parser.string(at)?;
                 let class = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 self.texture(texture, &ty, &class, params)?;
             }
             "Material" => {
                 let (ty, span) = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 self.state.material = Some(self.material(String::new(), &ty, &span, params)?);
             }
             "MakeNamedMaterial" => {
                 let (name, span) = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 let Some((ty, param)) = params.string("type")? else {
                     return Err(super::missing("type", "string", &span));
                 };
@@ -140,17 +140,17 @@ impl Builder<'_> {
             }
             "AreaLightSource" => {
                 let (ty, span) = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 self.area_light_source(&ty, &span, params)?;
             }
             "LightSource" => {
                 let (ty, span) = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 self.light_source(&ty, &span, params)?;
             }
             "Shape" => {
                 let (ty, span) = parser.string(at)?;
-                let params = parser.params()?;
+                let params = parser.params(at)?;
                 self.shape(&ty, &span, params)?;
             }
             "ObjectInstance" => {
@@ -159,7 +159,7 @@ impl Builder<'_> {
             }
             "MakeNamedMedium" => {
                 let (_, span) = parser.string(at)?;
-                parser.params()?;
+                parser.params(at)?;
                 self.warnings.at(&span, "participating media are not supported and ignored");
             }
             "MediumInterface" => {
@@ -277,7 +277,7 @@ impl Builder<'_> {
             }
             "Attribute" => {
                 let (target, span) = parser.string(at)?;
-                let params = parser.params()?.params;
+                let params = parser.params(at)?.params;
                 let state = &mut self.state;
                 let defaults = match target.as_str() {
                     "shape" => &mut state.shape_defaults,
@@ -293,6 +293,10 @@ impl Builder<'_> {
                 };
                 defaults.retain(|old| params.iter().all(|new| new.name != old.name));
                 defaults.extend(params);
+                let count = defaults.len() as u64;
+                if count > self.options.max_params {
+                    return Err(self.options.exceeded("max_params", self.options.max_params, count).at(at));
+                }
             }
             _ => return Ok(false),
         }

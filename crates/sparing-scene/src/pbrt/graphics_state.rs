@@ -4,6 +4,7 @@ use super::params::Param;
 use crate::description::MaterialId;
 use crate::source::Span;
 use glam::{DMat4, DVec3};
+use std::rc::Rc;
 
 /// An `AreaLightSource` waiting for its shapes.
 #[derive(Clone, Debug)]
@@ -25,10 +26,10 @@ pub(super) struct GraphicsState {
     pub material: Option<MaterialId>,
     pub area_light: Option<AreaLight>,
     /// Defaults set by `Attribute "shape"` and so on.
-    pub shape_defaults: Vec<Param>,
-    pub light_defaults: Vec<Param>,
-    pub material_defaults: Vec<Param>,
-    pub texture_defaults: Vec<Param>,
+    pub shape_defaults: Vec<Rc<Param>>,
+    pub light_defaults: Vec<Rc<Param>>,
+    pub material_defaults: Vec<Rc<Param>>,
+    pub texture_defaults: Vec<Rc<Param>>,
 }
 
 impl GraphicsState {

@@ -46,7 +46,7 @@ impl Builder<'_> {
             }
             mesh.indices = indices;
         }
-        self.count_triangles(mesh.indices.len())?;
+        self.count_mesh(mesh.positions.len(), mesh.indices.len())?;
         let area = mesh.indices.iter().map(|&t| cross(corner(&mesh, t)).length() / 2.0).sum();
         let flip = mesh.normals.is_none() && self.winding_flips();
         self.add_shape(Geometry::Triangles(mesh), area, flip, at)
@@ -79,7 +79,7 @@ impl Builder<'_> {
                 }
             }
         }
-        self.count_triangles(mesh.indices.len())?;
+        self.count_mesh(mesh.positions.len(), mesh.indices.len())?;
         let area = mesh.indices.iter().flat_map(halves).map(|half| half.length() / 2.0).sum();
         let flip = mesh.normals.is_none() && self.winding_flips();
         self.add_shape(Geometry::Quads(mesh), area, flip, at)

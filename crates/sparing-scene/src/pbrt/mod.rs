@@ -24,6 +24,7 @@ mod tessellate;
 mod tests;
 mod textures;
 mod tokenizer;
+mod values;
 
 use crate::description::{ColorInput, FloatInput, MaterialId, SceneDescription};
 use crate::error::{ErrorKind, SceneError};
@@ -73,6 +74,7 @@ struct Builder<'o> {
     has_camera: bool,
     entities: u64,
     triangles: u64,
+    vertices: u64,
 }
 
 /// Loads a pbrt file.
@@ -120,6 +122,7 @@ fn load_source(
         has_camera: false,
         entities: 0,
         triangles: 0,
+        vertices: 0,
     };
     builder.scene.integrator.max_depth = 5;
     let run = builder.run(&mut Parser::new(source, options)).and_then(|()| builder.finish());
@@ -136,11 +139,16 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Counts triangles and quads against the limit.
-    fn count_triangles(&mut self, count: usize) -> Result<(), SceneError> {
-        self.triangles += count as u64;
-        if self.triangles > self.options.max_triangles {
-            return Err(self.options.exceeded("max_triangles", self.options.max_triangles, self.triangles));
+    /// Counts a mesh against the limits.
+    fn count_mesh(&mut self, vertices: usize, faces: usize) -> Result<(), SceneError> {
+        let options = self.options;
+        self.vertices += vertices as u64;
+        if self.vertices > options.max_vertices {
+            return Err(options.exceeded("max_vertices", options.max_vertices, self.vertices));
+        }
+        self.triangles += faces as u64;
+        if self.triangles > options.max_triangles {
+            return Err(options.exceeded("max_triangles", options.max_triangles, self.triangles));
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use super::tokenizer::{Token, TokenKind, token_at, unquote};
 use crate::error::{ErrorKind, SceneError};
 use crate::options::LoadOptions;
 use crate::source::{SourceFile, Span};
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// A file being read.
@@ -169,7 +170,7 @@ impl<'o> Parser<'o> {
     }
 
     /// A parameter list: `"type name" value` any number of times.
-    pub fn params(&mut self) -> Result<ParamList, SceneError> {
+    pub fn params(&mut self, after: &Span) -> Result<ParamList, SceneError> {
         let mut list = ParamList::default();
         while let Some((token, source)) = self.peek()? {
             if token.kind != TokenKind::Str {
@@ -184,7 +185,11 @@ impl<'o> Parser<'o> {
                 let message = format!("`{}` is already given in line {line}", param.name);
                 return Err(SceneError::new(ErrorKind::Value, message).at(&param.span));
             }
-            list.params.push(param);
+            list.params.push(Rc::new(param));
+            let count = list.params.len() as u64;
+            if count > self.options.max_params {
+                return Err(self.options.exceeded("max_params", self.options.max_params, count).at(after));
+            }
         }
         Ok(list)
     }
