@@ -1,0 +1,91 @@
+//! `sparing info`.
+
+use super::render::load;
+use clap::Args;
+use sparing_image::exr::read_exr;
+use sparing_render::{BuildOptions, Needs, Scene};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `sparing info`.
+#[derive(Debug, Args)]
+pub(super) struct InfoArguments {
+    /// A scene (.pbrt, .obj) or a picture (.exr).
+    file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(a: &InfoArguments) -> anyhow::Result<ExitCode> {
+    let is_exr = a.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if is_exr { picture(&a.file, a.json) } else { scene(&a.file, a.json) }
+}
+
+fn scene(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
+    let description = load(path)?;
+    let (film, sampler, integrator) = (description.film.clone(), description.sampler, description.integrator);
+    let warnings = description.warnings.len();
+    let scene = Scene::build(description, BuildOptions::default())?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let (s, needs) = (scene.statistics, scene.needs());
+    if json {
+        let value = serde_json::json!({
+            "scene": path.display().to_string(),
+            "width": film.width, "height": film.height,
+            "spp": sampler.spp, "max_depth": integrator.max_depth,
+            "triangles": s.triangles, "quads": s.quads, "shapes": s.shapes, "instances": s.instances,
+            "lights": s.lights, "materials": s.materials,
+            "geometry_bytes": s.geometry_bytes, "texture_bytes": s.texture_bytes, "embree_bytes": s.embree_bytes,
+            "needs": needs.names(), "skipped": needs.complement().names(),
+            "warnings": warnings + scene.warnings.len(),
+        });
+        println!("{}", serde_json::to_string_pretty(&value)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mib = |b: u64| format!("{:.1} MiB", b as f64 / 1_048_576.0);
+    println!("scene      {}", path.display());
+    println!("picture    {}x{}, {} spp, depth {}", film.width, film.height, sampler.spp.map_or("64 (default)".into(), |n| n.to_string()), integrator.max_depth);
+    println!("geometry   {} triangles, {} quads, {} shapes, {} instances", s.triangles, s.quads, s.shapes, s.instances);
+    println!("lights     {} (emitting faces counted singly)", s.lights);
+    println!("materials  {}", s.materials);
+    println!("memory     {} geometry, {} Embree, {} textures", mib(s.geometry_bytes), mib(s.embree_bytes), mib(s.texture_bytes));
+    println!("needs");
+    for (name, flag, meaning) in Needs::describe() {
+        if needs.contains(flag) {
+            println!("  {name:<20} {meaning}");
+        }
+    }
+    println!("skipped");
+    for (name, flag, meaning) in Needs::describe() {
+        if !needs.contains(flag) {
+            println!("  {name:<20} {meaning}");
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn picture(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
+    let image = read_exr(path)?;
+    let channels: Vec<&str> = image.channels.iter().map(|c| c.name.as_str()).collect();
+    if json {
+        let attributes: serde_json::Map<String, serde_json::Value> =
+            image.attributes.iter().map(|(k, v)| (k.clone(), serde_json::Value::String(v.to_string()))).collect();
+        let value = serde_json::json!({
+            "picture": path.display().to_string(), "width": image.width, "height": image.height,
+            "data_origin": image.data_origin, "display_size": image.display_size,
+            "channels": channels, "attributes": attributes,
+        });
+        println!("{}", serde_json::to_string_pretty(&value)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("picture    {}", path.display());
+    println!("pixels     {}x{} at {},{} of {}x{}", image.width, image.height, image.data_origin[0], image.data_origin[1], image.display_size[0], image.display_size[1]);
+    println!("channels   {}", channels.join(" "));
+    for (name, value) in &image.attributes {
+        println!("{name}: {value}");
+    }
+    Ok(ExitCode::SUCCESS)
+}

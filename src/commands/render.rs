@@ -1,0 +1,399 @@
+//! `sparing render`.
+
+use super::Usage;
+use super::options::{check_size, crop, duration, pixel, size, spp};
+use crate::session::progress::{Observer, ProgressMode, clock};
+use crate::session::stats::{Rays, Statistics, peak_memory_bytes};
+use crate::session::tev::Tev;
+use crate::session::{Limits, Outcome, StoppedBy, render};
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use sparing_image::atomic::{AtomicFile, check_writable};
+use sparing_image::exr::{ExrAttribute, film_layers, write_exr};
+use sparing_image::film::{Film, FilmOptions};
+use sparing_image::png::write_png;
+use sparing_render::integrator::Estimator;
+use sparing_render::{BuildOptions, Needs, RenderSettings, Renderer, Scene};
+use sparing_scene::SceneDescription;
+use sparing_scene::description::SamplerKind;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// Arguments of `sparing render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// Scene: .pbrt, or .obj, which is framed and lit automatically.
+    scene: PathBuf,
+    /// Picture to write, .exr or .png; may be given several times. Default: the scene's own name, as .exr.
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    /// Who gets samples.
+    #[arg(long, value_enum, default_value_t)]
+    policy: Policy,
+    /// Sample points. Default: what the scene says, else sobol.
+    #[arg(long, value_enum)]
+    sampler: Option<Sampler>,
+    /// Samples per pixel. Default: what the scene says, else 64.
+    #[arg(long, value_parser = spp)]
+    spp: Option<u32>,
+    /// End sampling after this time: 90, 30s, 5m, 1h.
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time_limit: Option<Duration>,
+    /// Seed of all random numbers.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Threads; 0 is all.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Size of the picture, overriding the scene's.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Render only the pixels x0 <= x < x1, y0 <= y < y1: the same bits as in the full picture.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    crop: Option<[u32; 4]>,
+    /// Bounces after the camera ray, overriding the scene's.
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    max_depth: Option<u32>,
+    /// Estimator of direct light, for studies.
+    #[arg(long, value_enum, default_value_t, hide_short_help = true)]
+    estimator: EstimatorChoice,
+    /// Exposure of PNG pictures in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+    /// Add albedo, normal, depth and shape-count layers to EXR pictures.
+    #[arg(long)]
+    layers: bool,
+    /// Faster intersection that may miss hits along the edges of meshes.
+    #[arg(long)]
+    no_robust: bool,
+    /// Show the picture in tev, HDRView or another viewer that listens at HOST:PORT (tev's default port: 14158).
+    #[arg(long, value_name = "HOST:PORT")]
+    tev: Option<String>,
+    /// How to report progress.
+    #[arg(long, value_enum, default_value_t)]
+    progress: ProgressMode,
+    /// Write statistics as JSON to FILE; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// Trace one sample of this pixel (with --sample) and print it instead of rendering.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, requires = "sample")]
+    pixel: Option<[u32; 2]>,
+    /// Index of the sample for --pixel.
+    #[arg(long, value_name = "N", requires = "pixel")]
+    sample: Option<u32>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Policy {
+    /// Every pixel the same.
+    #[default]
+    Uniform,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Sampler {
+    /// Owen-scrambled Sobol points.
+    Sobol,
+    /// Independent random points.
+    Independent,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum EstimatorChoice {
+    /// Light and BSDF sampling, combined.
+    #[default]
+    Mis,
+    /// Light sampling only.
+    Light,
+    /// BSDF sampling only.
+    Bsdf,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
+    if !arguments.exposure.is_finite() {
+        return Err(Usage::error("the exposure must be a finite number"));
+    }
+    let load_start = Instant::now();
+    let mut description = load(&arguments.scene)?;
+    let load_seconds = load_start.elapsed().as_secs_f64();
+    let plan = Plan::new(arguments, &mut description)?;
+    for output in &plan.outputs {
+        check_writable(output)?;
+    }
+
+    // The first signal ends the render with its picture saved, the second ends the process.
+    let interrupt = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
+        signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
+    let build_start = Instant::now();
+    let options = BuildOptions { threads: arguments.threads, robust: !arguments.no_robust };
+    let scene = pool.install(|| Scene::build(description, options))?;
+    let build_seconds = build_start.elapsed().as_secs_f64();
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
+        return replay(&scene, &plan, pixel, sample);
+    }
+
+    let name = arguments.scene.display().to_string();
+    let tev = arguments.tev.as_deref().map(|address| {
+        Tev::connect(address, &format!("sparing {name}")).with_context(|| format!("cannot reach a viewer at {address}"))
+    });
+    let mut observer = Observer::new(arguments.progress, tev.transpose()?);
+    let mut film = Film::new(plan.size, plan.crop, plan.film);
+    let renderer = Renderer::new(&scene, plan.settings, plan.film);
+    let limits = Limits { spp: plan.spp, time: arguments.time_limit };
+    let outcome = pool.install(|| render(&renderer, &mut film, limits, &interrupt, &mut observer));
+    observer.finish(outcome.stopped_by);
+
+    let statistics = statistics(&name, &plan, &scene, &film, &outcome, pool.current_num_threads(), load_seconds, build_seconds);
+    save(&plan, &film, &statistics, arguments.exposure)?;
+    if let Some(path) = &arguments.stats {
+        write_stats(path, &statistics)?;
+    }
+    report(&plan, &statistics, arguments);
+    Ok(if outcome.stopped_by == StoppedBy::Interrupt { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+/// Loads a scene and prints its warnings; errors show the place in the file.
+pub(super) fn load(path: &Path) -> anyhow::Result<SceneDescription> {
+    let description = sparing_scene::load(path).map_err(|e| anyhow::anyhow!("{}", e.report().trim_end()))?;
+    for warning in &description.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(description)
+}
+
+/// Everything decided before the scene is built.
+struct Plan {
+    outputs: Vec<PathBuf>,
+    size: [u32; 2],
+    crop: [u32; 4],
+    spp: u32,
+    film: FilmOptions,
+    settings: RenderSettings,
+}
+
+impl Plan {
+    fn new(a: &RenderArguments, d: &mut SceneDescription) -> anyhow::Result<Self> {
+        if let Some([w, h]) = a.size {
+            if [w, h] != [d.film.width, d.film.height] {
+                d.film.crop = None; // the scene's crop is in pixels of the scene's size
+            }
+            (d.film.width, d.film.height) = (w, h);
+        }
+        let size = [d.film.width, d.film.height];
+        check_size(size[0], size[1]).map_err(anyhow::Error::msg)?;
+        let crop = a.crop.or(d.film.crop).unwrap_or([0, 0, size[0], size[1]]);
+        if crop[2] > size[0] || crop[3] > size[1] {
+            let [x0, y0, x1, y1] = crop;
+            return Err(Usage::error(format!(
+                "the crop {x0},{y0},{x1},{y1} reaches outside the picture of {}x{}",
+                size[0], size[1]
+            )));
+        }
+        let sampler = match a.sampler {
+            Some(Sampler::Sobol) => SamplerKind::Sobol,
+            Some(Sampler::Independent) => SamplerKind::Independent,
+            None => d.sampler.kind,
+        };
+        let estimator = match a.estimator {
+            EstimatorChoice::Mis => Estimator::Mis,
+            EstimatorChoice::Light => Estimator::LightOnly,
+            EstimatorChoice::Bsdf => Estimator::BsdfOnly,
+        };
+        let settings = RenderSettings {
+            sampler,
+            seed: a.seed.unwrap_or(d.sampler.seed),
+            max_depth: a.max_depth.unwrap_or(d.integrator.max_depth),
+            estimator,
+            ..RenderSettings::default()
+        };
+        Ok(Self {
+            outputs: outputs(a, d)?,
+            size,
+            crop,
+            spp: a.spp.or(d.sampler.spp).unwrap_or(64),
+            film: FilmOptions { auxiliary: a.layers, shapes: a.layers },
+            settings,
+        })
+    }
+}
+
+fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<PathBuf>> {
+    if a.output.is_empty() {
+        let named = d.film.filename.as_ref().and_then(|f| Path::new(f).file_stem().map(PathBuf::from));
+        let stem = named.or_else(|| a.scene.file_stem().map(PathBuf::from)).unwrap_or_else(|| "render".into());
+        return Ok(vec![stem.with_extension("exr")]);
+    }
+    for path in &a.output {
+        if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return Err(Usage::error(format!("{}: pictures are written as .exr or .png", path.display())));
+        }
+    }
+    Ok(a.output.clone())
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+#[allow(clippy::too_many_arguments, reason = "gathers what a render knows")]
+fn statistics(
+    name: &str,
+    plan: &Plan,
+    scene: &Scene,
+    film: &Film,
+    outcome: &Outcome,
+    threads: usize,
+    load_seconds: f64,
+    build_seconds: f64,
+) -> Statistics {
+    let samples = film.samples();
+    let rays = outcome.rays;
+    let (major, minor, patch) = scene.embree().device().version();
+    let mut needs = scene.needs();
+    needs.set(Needs::AUXILIARY, plan.film.auxiliary);
+    needs.set(Needs::SHAPE_COUNT, plan.film.shapes);
+    Statistics {
+        scene: name.to_owned(),
+        width: film.width(),
+        height: film.height(),
+        policy: "uniform".to_owned(),
+        model: None,
+        seed: plan.settings.seed,
+        threads,
+        load_seconds,
+        build_seconds,
+        render_seconds: outcome.seconds,
+        samples,
+        average_spp: samples as f64 / (f64::from(film.width()) * f64::from(film.height())),
+        rays: Rays { camera: rays.camera, bounce: rays.bounce, shadow: rays.shadow },
+        rays_per_second: (rays.camera + rays.bounce + rays.shadow) as f64 / outcome.seconds.max(1e-9),
+        layers: outcome.layers.clone(),
+        invalid_samples: film.invalid_samples(),
+        first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
+        stopped_by: outcome.stopped_by,
+        peak_memory_bytes: peak_memory_bytes(),
+        embree_bytes: scene.statistics.embree_bytes,
+        geometry_bytes: scene.statistics.geometry_bytes,
+        texture_bytes: scene.statistics.texture_bytes,
+        embree_version: format!("{major}.{minor}.{patch}"),
+        needs: needs.names(),
+        skipped: needs.complement().names(),
+    }
+}
+
+fn save(plan: &Plan, film: &Film, s: &Statistics, exposure: f32) -> anyhow::Result<()> {
+    for path in &plan.outputs {
+        if is_exr(path) {
+            write_exr(path, &film_layers(film, attributes(plan, s)))?;
+        } else {
+            write_png(path, film.width(), film.height(), &film.beauty(), exposure)?;
+        }
+    }
+    Ok(())
+}
+
+fn attributes(plan: &Plan, s: &Statistics) -> Vec<(String, ExrAttribute)> {
+    let text = |v: &str| ExrAttribute::Text(v.to_owned());
+    [
+        ("software", text(&format!("Sparing {}", crate::VERSION))),
+        ("sparing:scene", text(&s.scene)),
+        ("sparing:policy", text(&s.policy)),
+        ("sparing:sampler", text(if plan.settings.sampler == SamplerKind::Sobol { "sobol" } else { "independent" })),
+        ("sparing:seed", text(&s.seed.to_string())),
+        ("sparing:maxDepth", ExrAttribute::Int(plan.settings.max_depth.try_into().unwrap_or(i32::MAX))),
+        ("sparing:spp", ExrAttribute::Int(plan.spp.try_into().unwrap_or(i32::MAX))),
+        ("sparing:averageSpp", ExrAttribute::Double(s.average_spp)),
+        ("sparing:renderSeconds", ExrAttribute::Double(s.render_seconds)),
+        ("sparing:invalidSamples", text(&s.invalid_samples.to_string())),
+        ("sparing:stoppedBy", text(stop_name(s.stopped_by))),
+        ("sparing:embree", text(&s.embree_version)),
+    ]
+    .map(|(k, v)| (k.to_owned(), v))
+    .to_vec()
+}
+
+fn stop_name(s: StoppedBy) -> &'static str {
+    match s {
+        StoppedBy::Spp => "spp",
+        StoppedBy::TimeLimit => "time-limit",
+        StoppedBy::Interrupt => "interrupt",
+    }
+}
+
+fn write_stats(path: &Path, s: &Statistics) -> anyhow::Result<()> {
+    let json = serde_json::to_string_pretty(s)?;
+    if path == Path::new("-") {
+        println!("{json}");
+        return Ok(());
+    }
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(json.as_bytes()).and_then(|()| file.write_all(b"\n")).with_context(|| format!("cannot write {}", path.display()))?;
+    file.commit()?;
+    Ok(())
+}
+
+fn report(plan: &Plan, s: &Statistics, arguments: &RenderArguments) {
+    if s.invalid_samples > 0 {
+        let place = s.first_invalid.map_or(String::new(), |[x, y, n]| {
+            format!("; the first: --pixel {x},{y} --sample {n}")
+        });
+        eprintln!("warning: {} samples were not finite or negative and count as black{place}", s.invalid_samples);
+    }
+    if arguments.progress == ProgressMode::None || arguments.progress == ProgressMode::Json {
+        return;
+    }
+    let files: Vec<String> = plan.outputs.iter().map(|p| p.display().to_string()).collect();
+    eprintln!(
+        "{}: {}x{}, {:.1} samples per pixel, {} ({:.2} million samples and {:.1} million rays a second)",
+        files.join(", "),
+        s.width,
+        s.height,
+        s.average_spp,
+        clock(s.render_seconds),
+        s.samples as f64 / s.render_seconds.max(1e-9) / 1e6,
+        s.rays_per_second / 1e6,
+    );
+    if s.stopped_by != StoppedBy::Spp {
+        eprintln!("stopped by {}; the picture so far is saved", stop_name(s.stopped_by));
+    }
+}
+
+/// Traces one sample and prints it.
+fn replay(scene: &Scene, plan: &Plan, pixel: [u32; 2], sample: u32) -> anyhow::Result<ExitCode> {
+    let [x, y] = pixel;
+    if x >= plan.size[0] || y >= plan.size[1] {
+        bail!("pixel {x},{y} is outside the picture of {}x{}", plan.size[0], plan.size[1]);
+    }
+    let options = FilmOptions { auxiliary: true, shapes: false };
+    let mut film = Film::new(plan.size, [x, y, x + 1, y + 1], options);
+    let renderer = Renderer::new(scene, plan.settings, options);
+    let tile = &mut film.tiles[0];
+    let rays = renderer.sample_pixel(tile, 0, sample, sample + 1);
+    let value = tile.pixels[0].mean();
+    let a = tile.auxiliary[0];
+    let json = serde_json::json!({
+        "pixel": pixel,
+        "sample": sample,
+        "radiance": value.to_array(),
+        "invalid": tile.invalid > 0,
+        "first_hit": (a.hits > 0).then(|| serde_json::json!({
+            "albedo": a.albedo.to_array(), "normal": a.normal.to_array(), "depth": a.depth,
+        })),
+        "bounce_rays": rays.bounce,
+        "shadow_rays": rays.shadow,
+    });
+    println!("{}", serde_json::to_string_pretty(&json)?);
+    Ok(ExitCode::SUCCESS)
+}
