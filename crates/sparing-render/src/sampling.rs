@@ -5,20 +5,29 @@
 //! "Physically Based Rendering", 4th ed., appendix A.5.
 
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 /// Unit disk, uniform; density 1/pi.
 #[inline]
 #[must_use]
 pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (r, theta) =
-        if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
-    let (sin, cos) = sin_cos(theta);
-    Vec2::new(r * cos, r * sin)
+    // No branches: which half a sample falls into cannot be predicted.
+    let steep = b.abs() >= a.abs();
+    let (r, other) = if steep { (b, a) } else { (a, b) };
+    let ratio = if r == 0.0 { 0.0 } else { other / r };
+    let (sin, cos) = sin_cos_octant(FRAC_PI_4 * ratio);
+    let (x, y) = if steep { (sin, cos) } else { (cos, sin) };
+    Vec2::new(r * x, r * y)
+}
+
+/// Sine and cosine for |x| <= pi/4.
+#[inline(always)]
+fn sin_cos_octant(x: f32) -> (f32, f32) {
+    let x2 = x * x;
+    let s = x + x * x2 * (-0.166_666_55 + x2 * (8.332_161e-3 + x2 * -1.951_529_6e-4));
+    let c = 1.0 + x2 * (-0.5 + x2 * (4.166_664_6e-2 + x2 * (-1.388_731_6e-3 + x2 * 2.443_315_7e-5)));
+    (s, c)
 }
 
 /// Sine and cosine for |x| <= pi by minimax polynomials, absolute error below 3e-7; several times faster
@@ -29,15 +38,12 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     // Reduce to |r| <= pi/4 around a multiple of pi/2.
     let k = ((x * (2.0 / PI) + 8.5) as i32 - 8) as f32; // rounds; the library's round is a call without SSE4.1
     let r = (x - k * 1.570_796_4) + k * 4.371_139e-8;
-    let r2 = r * r;
-    let s = r + r * r2 * (-0.166_666_55 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4));
-    let c = 1.0 + r2 * (-0.5 + r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5)));
-    match k as i32 & 3 {
-        0 => (s, c),
-        1 => (c, -s),
-        2 => (-s, -c),
-        _ => (-c, s),
-    }
+    let (s, c) = sin_cos_octant(r);
+    // Quadrant k: swap for odd ones, then the signs.
+    let k = k as i32;
+    let (s, c) = if k & 1 == 0 { (s, c) } else { (c, s) };
+    let negate = |v: f32, yes: i32| f32::from_bits(v.to_bits() ^ ((yes as u32) << 31));
+    (negate(s, k >> 1 & 1), negate(c, (k + 1) >> 1 & 1))
 }
 
 /// Hemisphere around +z, density cos/pi.

@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 use sparing_render::materials::microfacet::Ggx;
-use sparing_render::materials::{Bsdf, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission};
+use sparing_render::materials::{Bsdf, CoatTable, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission};
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 use sparing_render::sampling;
 use testkit::chi_square::{Settings, test_directions};
@@ -40,8 +40,7 @@ fn materials() -> Vec<(String, Bsdf)> {
 }
 
 fn coated(albedo: f32, ggx: Ggx) -> CoatedDiffuse {
-    let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
-    CoatedDiffuse { reflectance: Vec3::splat(albedo), eta: 1.5, internal_reflectance, ggx }
+    CoatTable::new(1.5).coat(Vec3::splat(albedo), ggx)
 }
 
 fn directions() -> Vec<Vec3> {

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use sparing_render::materials::microfacet::Ggx;
-use sparing_render::materials::{Bsdf, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use sparing_render::materials::{Bsdf, CoatTable, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 
 /// Reflected share of uniform light: the mean of the sample weights. `radiance` undoes the 1/eta² of refraction.
@@ -32,10 +32,11 @@ fn alphas() -> [Ggx; 5] {
 
 #[test]
 fn nothing_gains_energy_and_smooth_white_loses_none() {
+    let coat = CoatTable::new(1.5);
     for wo in angles() {
         let check = |name: &str, bsdf: Bsdf, refraction: f32, lower: f32| {
             let a = albedo(&bsdf, wo, refraction);
-            assert!(a <= 1.004 && a >= lower, "{name} at {wo}: {a}, lower bound {lower}");
+            assert!(a <= 1.01 && a >= lower, "{name} at {wo}: {a}, lower bound {lower}");
         };
         check("diffuse", Bsdf::Diffuse(Diffuse { reflectance: Vec3::ONE }), 1.0, 0.9999);
         let leaf = DiffuseTransmission { reflectance: Vec3::splat(0.4), transmittance: Vec3::splat(0.6) };
@@ -52,9 +53,9 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
                 let glass = Dielectric { eta, tint: Vec3::ONE, ggx };
                 check("glass", Bsdf::Dielectric(glass), eta * eta, if smooth || eta == 1.0 { 0.9998 } else { 0.25 });
             }
-            let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
-            let plastic = CoatedDiffuse { reflectance: Vec3::ONE, eta: 1.5, internal_reflectance, ggx };
-            check("white plastic", Bsdf::CoatedDiffuse(plastic), 1.0, if smooth { 0.995 } else { 0.15 });
+            let plastic = coat.coat(Vec3::ONE, ggx);
+            let lower = if ggx.is_anisotropic() { 0.95 } else { 0.99 };
+            check("white plastic", Bsdf::CoatedDiffuse(plastic), 1.0, lower);
         }
     }
 }
@@ -65,8 +66,7 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
 fn materials_are_reciprocal() {
     let up: Vec<Vec3> = angles().chain(angles().map(|v| Vec3::new(-v.y, v.x, v.z))).collect();
     for ggx in &alphas()[1..] {
-        let internal_reflectance = CoatedDiffuse::internal_reflectance(1.5);
-        let plastic = CoatedDiffuse { reflectance: Vec3::splat(0.6), eta: 1.5, internal_reflectance, ggx: *ggx };
+        let plastic = CoatTable::new(1.5).coat(Vec3::splat(0.6), *ggx);
         let metal = Conductor { eta: Vec3::splat(0.3), k: Vec3::splat(3.0), ggx: *ggx };
         for bsdf in [
             Bsdf::Diffuse(Diffuse { reflectance: Vec3::splat(0.5) }),

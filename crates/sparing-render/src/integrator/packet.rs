@@ -1,6 +1,6 @@
 //! Paths of up to sixteen samples of one pixel, traced together.
 
-use super::shading::survival;
+use super::shading::{Vertex, survival};
 use super::{Estimator, RenderSettings};
 use crate::counters::{Counter, count};
 use crate::materials::BsdfSample;
@@ -8,6 +8,7 @@ use crate::needs::Needs;
 use crate::sampler::{Dimension, PixelSampler};
 use crate::sampling::power_heuristic;
 use crate::scene::Scene;
+use crate::scene::surface::SurfacePoint;
 use embree4::{QueryOptions, Ray, Ray16, RayHit, RayHit16, Valid16};
 use glam::Vec3;
 use sparing_image::film::Tile;
@@ -135,6 +136,10 @@ fn trace_packet<const NEEDS: u32>(
     let incoherent = QueryOptions { coherent: false, feature_mask: scene.features };
     scene.embree.intersect16_with(&coherent, &Valid16::first(n), &mut hits);
 
+    let context = scene.light_context();
+    let mut points = [SurfacePoint::NONE; PACKET];
+    let mut shapes = [0u32; PACKET];
+    let mut vertices = [Vertex::NONE; PACKET];
     let mut active: u32 = (1u32 << n) - 1;
     let mut depth = 0;
     loop {
@@ -155,10 +160,10 @@ fn trace_packet<const NEEDS: u32>(
         } else {
             [[0.0; PACKET]; 2]
         };
-        let mut shadows = Shadows { rays: Ray16::EMPTY, light: [Vec3::ZERO; PACKET], lanes: 0 };
+        // In stages over all lanes, so that the processor overlaps the dependency chains of neighbours.
         for lane in Lanes(active) {
             let path = &mut paths[lane];
-            let wi = Vec3::new(hits.ray.dir_x[lane], hits.ray.dir_y[lane], hits.ray.dir_z[lane]);
+            let wi = direction(&hits.ray, lane);
             let hit = scene.hit(
                 hits.hit.geom_id[lane],
                 hits.hit.inst_id[0][lane],
@@ -174,7 +179,8 @@ fn trace_packet<const NEEDS: u32>(
                 active &= !(1 << lane);
                 if scene.needs().contains(Needs::ENVIRONMENT) {
                     let (radiance, pdf) = scene.lights.environment(wi);
-                    path.radiance += path.throughput * radiance * hit_weight::<NEEDS>(settings, path.pdf, || pdf);
+                    let weight = hit_weight::<NEEDS>(settings, path.pdf, || pdf);
+                    path.radiance += path.throughput * radiance * weight;
                 }
                 continue;
             };
@@ -191,82 +197,83 @@ fn trace_packet<const NEEDS: u32>(
                     path.radiance += path.throughput * le * weight;
                 }
             }
-            if depth == settings.max_depth && !(depth == 0 && needs.contains(Needs::AUXILIARY)) {
-                active &= !(1 << lane);
-                continue;
-            }
-            let vertex = scene.vertex::<NEEDS>(&hit, surface, -wi, roulette_u[1][lane]);
-            if needs.contains(Needs::AUXILIARY) && depth == 0 && !tile.auxiliary.is_empty() {
+            points[lane] = surface;
+            shapes[lane] = hit.shape;
+        }
+        let auxiliary = needs.contains(Needs::AUXILIARY) && depth == 0 && !tile.auxiliary.is_empty();
+        if depth == settings.max_depth && !auxiliary {
+            break;
+        }
+        for lane in Lanes(active) {
+            let wo = -direction(&hits.ray, lane);
+            vertices[lane] = scene.vertex::<NEEDS>(shapes[lane], &points[lane], wo, roulette_u[1][lane]);
+        }
+        if auxiliary {
+            for lane in Lanes(active) {
                 count(Counter::Auxiliary);
                 let a = &mut tile.auxiliary[index];
-                a.albedo += vertex.bsdf.albedo();
-                a.normal += vertex.frame.z;
-                a.depth += t * cos_axis[lane];
+                a.albedo += vertices[lane].bsdf.albedo();
+                a.normal += vertices[lane].frame.z;
+                a.depth += hits.ray.tfar[lane] * cos_axis[lane];
                 a.hits += 1;
-                if settings.max_depth == 0 {
-                    active &= !(1 << lane);
+            }
+            if depth == settings.max_depth {
+                break;
+            }
+        }
+        if needs.contains(Needs::LIGHT_SAMPLING) && settings.estimator != Estimator::BsdfOnly {
+            let mut shadows = Shadows { rays: Ray16::EMPTY, light: [Vec3::ZERO; PACKET], lanes: 0 };
+            for lane in Lanes(active) {
+                let (vertex, point) = (&vertices[lane], &points[lane]);
+                if vertex.bsdf.is_all_delta() {
                     continue;
                 }
-            }
-            let (lobe, pick) = (choice_u[0][lane], choice_u[1][lane]);
-            if needs.contains(Needs::LIGHT_SAMPLING)
-                && settings.estimator != Estimator::BsdfOnly
-                && !vertex.bsdf.is_all_delta()
-            {
                 count(Counter::LightSample);
                 let u = [light_u[0][lane], light_u[1][lane]];
-                let context = scene.light_context();
-                if let Some(light) = scene.lights.sample(vertex.surface.p, pick, u, &context) {
-                    let wi = vertex.frame.to_local(light.wi);
-                    if vertex.is_consistent(light.wi, wi) {
-                        let e = vertex.bsdf.eval(vertex.wo, wi);
-                        let weight = if light.is_delta || settings.estimator == Estimator::LightOnly {
-                            1.0
-                        } else {
-                            power_heuristic(light.pdf, e.pdf)
-                        };
-                        let contribution = path.throughput * e.f_cos * light.radiance * (weight / light.pdf);
-                        if contribution != Vec3::ZERO {
-                            let origin = vertex.surface.ray_origin(light.wi);
-                            // The end is kept off the light itself.
-                            let tfar = light.distance * 0.9999;
-                            let ray = Ray::segment(origin.to_array(), light.wi.to_array(), 0.0, tfar);
-                            shadows.rays.set(lane, &ray);
-                            shadows.light[lane] = contribution;
-                            shadows.lanes |= 1 << lane;
-                        }
-                    }
-                }
-            }
-            let u = [bsdf_u[0][lane], bsdf_u[1][lane]];
-            let Some(s) = vertex.bsdf.sample(vertex.wo, lobe, u) else {
-                active &= !(1 << lane);
-                continue;
-            };
-            let direction = vertex.frame.to_world(s.wi).normalize();
-            if !continue_path(path, &s, vertex.is_consistent(direction, s.wi)) {
-                active &= !(1 << lane);
-                continue;
-            }
-            let survive = survival(settings, depth, path.throughput * path.eta_scale);
-            if survive < 1.0 {
-                if roulette_u[0][lane] >= survive {
-                    active &= !(1 << lane);
+                let Some(light) = scene.lights.sample(point.p, choice_u[1][lane], u, &context) else { continue };
+                let wi = vertex.frame.to_local(light.wi);
+                if !vertex.is_consistent(light.wi, wi) {
                     continue;
                 }
-                path.throughput /= survive;
+                let e = vertex.bsdf.eval(vertex.wo, wi);
+                let weight = if light.is_delta || settings.estimator == Estimator::LightOnly {
+                    1.0
+                } else {
+                    power_heuristic(light.pdf, e.pdf)
+                };
+                let contribution = paths[lane].throughput * e.f_cos * light.radiance * (weight / light.pdf);
+                if contribution != Vec3::ZERO {
+                    let origin = point.ray_origin(light.wi);
+                    // The end is kept off the light itself.
+                    let tfar = light.distance * 0.9999;
+                    shadows.rays.set(lane, &Ray::segment(origin.to_array(), light.wi.to_array(), 0.0, tfar));
+                    shadows.light[lane] = contribution;
+                    shadows.lanes |= 1 << lane;
+                }
             }
-            let origin = vertex.surface.ray_origin(direction);
-            // Light densities are those from the surface, not from the offset origin.
-            path.origin = vertex.surface.p;
-            hits.ray.set(lane, &Ray::new(origin.to_array(), direction.to_array()));
-        }
-        if needs.contains(Needs::LIGHT_SAMPLING) && shadows.lanes != 0 {
             statistics.shadow += u64::from(shadows.lanes.count_ones());
             let options = if depth == 0 { &coherent } else { &incoherent };
             trace_shadows(scene, options, &mut shadows, &mut paths);
         }
-        if active == 0 || depth == settings.max_depth {
+        for lane in Lanes(active) {
+            let (vertex, point, path) = (&vertices[lane], &points[lane], &mut paths[lane]);
+            let u = [bsdf_u[0][lane], bsdf_u[1][lane]];
+            let next = vertex.bsdf.sample(vertex.wo, choice_u[0][lane], u).and_then(|s| {
+                let direction = nearly_unit(vertex.frame.to_world(s.wi));
+                continue_path(path, &s, vertex.is_consistent(direction, s.wi)).then_some(direction)
+            });
+            let survive = survival(settings, depth, path.throughput * path.eta_scale);
+            let Some(direction) = next.filter(|_| survive >= 1.0 || roulette_u[0][lane] < survive) else {
+                active &= !(1 << lane);
+                continue;
+            };
+            path.throughput /= survive;
+            // Light densities are those from the surface, not from the offset origin.
+            path.origin = point.p;
+            let origin = point.ray_origin(direction);
+            hits.ray.set(lane, &Ray::new(origin.to_array(), direction.to_array()));
+        }
+        if active == 0 {
             break;
         }
         depth += 1;
@@ -286,6 +293,17 @@ fn trace_packet<const NEEDS: u32>(
         tile.add_sample(index, first + lane as u32, path.radiance, path.filter_weight);
     }
     statistics
+}
+
+#[inline]
+fn direction(rays: &Ray16, lane: usize) -> Vec3 {
+    Vec3::new(rays.dir_x[lane], rays.dir_y[lane], rays.dir_z[lane])
+}
+
+/// One Newton step to length 1, for vectors that are a few ulp off.
+#[inline]
+fn nearly_unit(v: Vec3) -> Vec3 {
+    v * (1.5 - 0.5 * v.length_squared())
 }
 
 /// Weight of emission that a path found by chance, having sampled its direction with density `bsdf_pdf`.

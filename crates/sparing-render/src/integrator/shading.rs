@@ -6,13 +6,13 @@ use crate::materials::{Bsdf, Material, ShadingInput};
 use crate::needs::Needs;
 use crate::sampling::Frame;
 use crate::scene::Scene;
-use crate::scene::surface::{SurfaceHit, SurfacePoint};
+use crate::scene::surface::SurfacePoint;
 use crate::texture::{Color, Scalar};
 use glam::Vec3;
 
 /// A path vertex ready for scattering.
+#[derive(Clone, Copy)]
 pub(super) struct Vertex {
-    pub surface: SurfacePoint,
     pub frame: Frame,
     pub bsdf: Bsdf,
     /// Local direction back along the path; z > 0.
@@ -21,28 +21,34 @@ pub(super) struct Vertex {
     pub ng: Vec3,
 }
 
+impl Vertex {
+    /// A place holder.
+    pub const NONE: Self =
+        Self { frame: Frame { x: Vec3::X, y: Vec3::Y, z: Vec3::Z }, bsdf: Bsdf::Interface, wo: Vec3::Z, ng: Vec3::Z };
+}
+
 /// Cosine to which shading normals are bent towards the viewer where they point away.
 const MIN_COS: f32 = 1e-3;
 
 impl Scene {
-    /// The vertex at a hit seen along `-wo` (unit, world, away from the surface).
+    /// The vertex at a point of `shape` seen along `-wo` (unit, world, away from the surface).
     #[inline]
     pub(super) fn vertex<const NEEDS: u32>(
         &self,
-        hit: &SurfaceHit,
-        surface: SurfacePoint,
+        shape: u32,
+        surface: &SurfacePoint,
         wo: Vec3,
         choice: f32,
     ) -> Vertex {
         let needs = Needs::from_bits_retain(NEEDS);
         let front = surface.ng.dot(wo) >= 0.0;
-        let material_id = self.shapes[hit.shape as usize].material;
+        let material_id = self.shapes[shape as usize].material;
         let input = ShadingInput { uv: surface.uv, front, choice };
         let (bsdf, material) = self.materials.bsdf(material_id, &self.textures, input);
         let mut ns = surface.ns;
         if needs.contains(Needs::NORMAL_MAPS) && (material.normal_map.is_some() || material.bump.is_some()) {
             count(Counter::NormalMap);
-            ns = self.perturbed_normal(&surface, material);
+            ns = self.perturbed_normal(surface, material);
         }
         let (ng, mut ns) = if front { (surface.ng, ns) } else { (-surface.ng, -ns) };
         // A shading normal that faces away would make black edges: it is bent until it just faces the viewer.
@@ -57,7 +63,7 @@ impl Scene {
         };
         let mut local = frame.to_local(wo);
         local.z = local.z.max(1e-6);
-        Vertex { surface, frame, bsdf, wo: local, ng }
+        Vertex { frame, bsdf, wo: local, ng }
     }
 
     #[cold]

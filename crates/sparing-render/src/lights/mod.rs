@@ -102,9 +102,18 @@ pub enum Light {
 
 impl Light {
     /// A direction from `p` towards the light; `None` where it sends nothing to `p`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, p: Vec3, u: [f32; 2], context: &LightContext<'_>) -> Option<LightSample> {
+        match self {
+            Self::Flat(l) => l.sample(p, u, context),
+            other => other.sample_other(p, u, context),
+        }
+    }
+
+    /// The rarer lights, kept out of the inner loop's code.
+    #[inline(never)]
+    fn sample_other(&self, p: Vec3, u: [f32; 2], context: &LightContext<'_>) -> Option<LightSample> {
         match self {
             Self::Point(l) => l.sample(p),
             Self::Spot(l) => l.sample(p),

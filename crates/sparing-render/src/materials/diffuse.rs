@@ -12,13 +12,13 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
-    #[inline]
+    #[inline(always)]
     pub(super) fn eval(&self, wi: Vec3) -> Evaluation {
         let pdf = cosine_hemisphere_pdf(wi.z);
         Evaluation { f_cos: self.reflectance * pdf, pdf }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<BsdfSample> {
         let wi = cosine_hemisphere(u);
         let pdf = cosine_hemisphere_pdf(wi.z);

@@ -1,11 +1,13 @@
 //! Materials of a scene, compiled: what does not vary over a surface is computed once.
 
-use super::{Bsdf, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use super::coated_diffuse::CoatTable;
+use super::{Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
 use crate::needs::Needs;
 use crate::texture::{Color, Scalar, TextureTable};
 use crate::materials::microfacet::Ggx;
 use glam::Vec3;
 use sparing_scene::description::{self as d, MaterialKind};
+use std::sync::Arc;
 
 /// Where and how a material is looked up.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +37,7 @@ enum Model {
     Diffuse(Color),
     Conductor { substance: Substance, roughness: Roughness },
     Dielectric { eta: f32, tint: Color, roughness: Roughness },
-    CoatedDiffuse { reflectance: Color, eta: f32, internal_reflectance: f32, roughness: Roughness },
+    CoatedDiffuse { reflectance: Color, coat: Arc<CoatTable>, roughness: Roughness },
     DiffuseTransmission { reflectance: Color, transmittance: Color },
     Mix { materials: [u32; 2], amount: Scalar },
 }
@@ -67,6 +69,21 @@ impl Roughness {
     }
 }
 
+/// Tables of coats, one for each index of refraction.
+#[derive(Debug, Default)]
+struct Coats(Vec<(f32, Arc<CoatTable>)>);
+
+impl Coats {
+    fn get(&mut self, eta: f32) -> Arc<CoatTable> {
+        if let Some((_, table)) = self.0.iter().find(|c| c.0 == eta) {
+            return Arc::clone(table);
+        }
+        let table = Arc::new(CoatTable::new(eta));
+        self.0.push((eta, Arc::clone(&table)));
+        table
+    }
+}
+
 /// All materials of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct MaterialTable {
@@ -77,7 +94,8 @@ impl MaterialTable {
     /// Compiles the materials of a scene.
     #[must_use]
     pub fn new(materials: &[d::Material], textures: &TextureTable) -> Self {
-        Self { materials: materials.iter().map(|m| Material::new(m, textures)).collect() }
+        let mut coats = Coats::default();
+        Self { materials: materials.iter().map(|m| Material::new(m, textures, &mut coats)).collect() }
     }
 
     /// The material with an index.
@@ -153,8 +171,8 @@ impl MaterialTable {
 }
 
 impl Material {
-    fn new(m: &d::Material, textures: &TextureTable) -> Self {
-        let model = Model::new(&m.kind, textures);
+    fn new(m: &d::Material, textures: &TextureTable, coats: &mut Coats) -> Self {
+        let model = Model::new(&m.kind, textures, coats);
         let normal_map = m.normal_map.map(|t| textures.color(d::ColorInput::Texture(t)));
         let bump = m.bump.map(|t| textures.scalar(d::FloatInput::Texture(t)));
         // A constant height changes nothing.
@@ -182,7 +200,7 @@ impl Material {
 }
 
 impl Model {
-    fn new(kind: &MaterialKind, textures: &TextureTable) -> Self {
+    fn new(kind: &MaterialKind, textures: &TextureTable, coats: &mut Coats) -> Self {
         let roughness = |r: &d::Roughness| Roughness {
             u: textures.scalar(r.u),
             v: textures.scalar(r.v),
@@ -219,8 +237,7 @@ impl Model {
             }
             MaterialKind::CoatedDiffuse { reflectance, roughness: r, eta } => {
                 let (roughness, reflectance) = (roughness(r), color(reflectance));
-                let internal_reflectance = CoatedDiffuse::internal_reflectance(*eta);
-                let m = Self::CoatedDiffuse { reflectance, eta: *eta, internal_reflectance, roughness };
+                let m = Self::CoatedDiffuse { reflectance, coat: coats.get(*eta), roughness };
                 (m, fixed(reflectance) && roughness.is_constant())
             }
             MaterialKind::DiffuseTransmission { reflectance, transmittance } => {
@@ -268,13 +285,8 @@ impl Model {
                 let (tint, ggx) = (albedo(*tint), roughness.ggx(textures, uv));
                 Bsdf::Dielectric(Dielectric { eta, tint, ggx })
             }
-            Self::CoatedDiffuse { reflectance, eta, internal_reflectance, roughness } => {
-                Bsdf::CoatedDiffuse(CoatedDiffuse {
-                    reflectance: albedo(*reflectance),
-                    eta: *eta,
-                    internal_reflectance: *internal_reflectance,
-                    ggx: roughness.ggx(textures, uv),
-                })
+            Self::CoatedDiffuse { reflectance, coat, roughness } => {
+                Bsdf::CoatedDiffuse(coat.coat(albedo(*reflectance), roughness.ggx(textures, uv)))
             }
             Self::DiffuseTransmission { reflectance, transmittance } => {
                 let (r, t) = (albedo(*reflectance), albedo(*transmittance));

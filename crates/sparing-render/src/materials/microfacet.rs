@@ -47,6 +47,13 @@ impl Ggx {
         self.alpha_x != self.alpha_y
     }
 
+    /// Geometric mean of the widths.
+    #[inline]
+    #[must_use]
+    pub fn mean_alpha(&self) -> f32 {
+        (self.alpha_x * self.alpha_y).sqrt()
+    }
+
     /// Density of normals D(wm), 1/sr of projected area.
     #[inline]
     #[must_use]

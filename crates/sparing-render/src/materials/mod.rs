@@ -15,7 +15,7 @@ pub mod thin_dielectric;
 
 mod material;
 
-pub use coated_diffuse::CoatedDiffuse;
+pub use coated_diffuse::{CoatTable, CoatedDiffuse};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -73,9 +73,18 @@ pub enum Bsdf {
 
 impl Bsdf {
     /// Value and density for light from `wi`. Delta lobes give zero.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Evaluation {
+        match self {
+            Self::Diffuse(b) => b.eval(wi),
+            other => other.eval_other(wo, wi),
+        }
+    }
+
+    /// The rarer models, kept out of the inner loop's code.
+    #[inline(never)]
+    fn eval_other(&self, wo: Vec3, wi: Vec3) -> Evaluation {
         match self {
             Self::Diffuse(b) => b.eval(wi),
             Self::Conductor(b) => b.eval(wo, wi),
@@ -87,9 +96,18 @@ impl Bsdf {
     }
 
     /// A direction; `lobe` and `u` are uniform in [0, 1). `None` where the model loses the light.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, wo: Vec3, lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        match self {
+            Self::Diffuse(b) => b.sample(u),
+            other => other.sample_other(wo, lobe, u),
+        }
+    }
+
+    /// The rarer models, kept out of the inner loop's code.
+    #[inline(never)]
+    fn sample_other(&self, wo: Vec3, lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(b) => b.sample(u),
             Self::Conductor(b) => b.sample(wo, u),

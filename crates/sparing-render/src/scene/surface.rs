@@ -134,6 +134,17 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// A place holder.
+    pub(crate) const NONE: Self = Self {
+        p: Vec3::ZERO,
+        ng: Vec3::Z,
+        ns: Vec3::Z,
+        uv: [0.0; 2],
+        dpdu: Vec3::ZERO,
+        dpdv: Vec3::ZERO,
+        offset: 0.0,
+    };
+
     /// Where a ray along `w` starts: on its side of the surface.
     #[inline]
     #[must_use]
