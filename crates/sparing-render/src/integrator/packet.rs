@@ -243,10 +243,7 @@ fn trace_packet<const NEEDS: u32>(
                 };
                 let contribution = paths[lane].throughput * e.f_cos * light.radiance * (weight / light.pdf);
                 if contribution != Vec3::ZERO {
-                    let origin = point.ray_origin(light.wi);
-                    // The end is kept off the light itself.
-                    let tfar = light.distance * 0.9999;
-                    shadows.rays.set(lane, &Ray::segment(origin.to_array(), light.wi.to_array(), 0.0, tfar));
+                    shadows.rays.set(lane, &shadow_ray(point, light.wi, light.distance));
                     shadows.light[lane] = contribution;
                     shadows.lanes |= 1 << lane;
                 }
@@ -293,6 +290,19 @@ fn trace_packet<const NEEDS: u32>(
         tile.add_sample(index, first + lane as u32, path.radiance, path.filter_weight);
     }
     statistics
+}
+
+/// The segment from a point to `distance` along `wi`, kept off the surfaces at both ends. It aims from the offset
+/// origin at the point on the light, so that large offsets (far from the world's origin) do not overshoot.
+#[inline]
+fn shadow_ray(point: &SurfacePoint, wi: Vec3, distance: f32) -> Ray {
+    let origin = point.ray_origin(wi);
+    if distance == f32::INFINITY {
+        return Ray::new(origin.to_array(), wi.to_array());
+    }
+    let to_light = point.p + wi * distance - origin;
+    let end = (0.9999 - point.offset / distance).max(0.0);
+    Ray::segment(origin.to_array(), to_light.to_array(), 0.0, end)
 }
 
 #[inline]
