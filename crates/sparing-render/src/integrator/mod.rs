@@ -7,6 +7,7 @@
 
 mod packet;
 mod render;
+pub mod replay;
 mod shading;
 
 pub use packet::{PACKET, TraceStatistics};

@@ -1,6 +1,7 @@
 //! Paths of up to sixteen samples of one pixel, traced together.
 
 use super::shading::{Vertex, survival};
+use super::replay::Query;
 use super::{Estimator, RenderSettings};
 use crate::counters::{Counter, count};
 use crate::materials::BsdfSample;
@@ -12,6 +13,7 @@ use crate::scene::surface::SurfacePoint;
 use embree4::{QueryOptions, Ray, Ray16, RayHit, RayHit16, Valid16};
 use glam::Vec3;
 use sparing_image::film::Tile;
+use std::cell::RefCell;
 
 /// Samples traced together.
 pub const PACKET: usize = 16;
@@ -42,6 +44,16 @@ pub(super) type TracePacket = fn(&Packet<'_>, &mut Tile, usize, u32, usize) -> T
 pub(super) struct Packet<'a> {
     pub scene: &'a Scene,
     pub settings: &'a RenderSettings,
+    /// Where queries go when they are recorded.
+    pub recorder: Option<&'a RefCell<Vec<Query>>>,
+}
+
+impl Packet<'_> {
+    fn record(&self, query: impl FnOnce() -> Query) {
+        if let Some(recorder) = self.recorder {
+            recorder.borrow_mut().push(query());
+        }
+    }
 }
 
 /// The state of one path.
@@ -100,7 +112,23 @@ pub(super) fn select(needs: Needs) -> TracePacket {
     pick!([] SURFACE, SHAPES, Needs::CHOICE, Needs::LIGHT_SAMPLING, Needs::MIS, OUTPUT)
 }
 
+/// The tracer with everything on, and with its queries recorded.
+pub(super) fn trace_recorded(packet: &Packet<'_>, tile: &mut Tile, index: usize, first: u32, n: usize) {
+    trace::<{ Needs::all().difference(OUTPUT).bits() }, true>(packet, tile, index, first, n);
+}
+
 fn trace_packet<const NEEDS: u32>(
+    packet: &Packet<'_>,
+    tile: &mut Tile,
+    index: usize,
+    first: u32,
+    n: usize,
+) -> TraceStatistics {
+    trace::<NEEDS, false>(packet, tile, index, first, n)
+}
+
+#[inline(always)]
+fn trace<const NEEDS: u32, const RECORD: bool>(
     packet: &Packet<'_>,
     tile: &mut Tile,
     index: usize,
@@ -134,6 +162,9 @@ fn trace_packet<const NEEDS: u32>(
     }
     let coherent = QueryOptions { coherent: true, feature_mask: scene.features };
     let incoherent = QueryOptions { coherent: false, feature_mask: scene.features };
+    if RECORD {
+        packet.record(|| Query::Camera(Box::new(hits.ray), n as u32));
+    }
     scene.embree.intersect16_with(&coherent, &Valid16::first(n), &mut hits);
 
     let context = scene.light_context();
@@ -250,6 +281,9 @@ fn trace_packet<const NEEDS: u32>(
             }
             statistics.shadow += u64::from(shadows.lanes.count_ones());
             let options = if depth == 0 { &coherent } else { &incoherent };
+            if RECORD && shadows.lanes != 0 {
+                packet.record(|| Query::Shadows(Box::new(shadows.rays), shadows.lanes, depth == 0));
+            }
             trace_shadows(scene, options, &mut shadows, &mut paths);
         }
         for lane in Lanes(active) {
@@ -277,6 +311,9 @@ fn trace_packet<const NEEDS: u32>(
         statistics.bounce += u64::from(active.count_ones());
         for lane in Lanes(active) {
             let mut query = RayHit::new(hits.ray.get(lane));
+            if RECORD {
+                packet.record(|| Query::Bounce(query.ray));
+            }
             scene.embree.intersect_with(&incoherent, &mut query);
             hits.ray.tfar[lane] = query.ray.tfar;
             hits.hit.u[lane] = query.hit.u;

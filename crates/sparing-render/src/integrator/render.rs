@@ -36,6 +36,13 @@ impl<'a> Renderer<'a> {
         Self { scene, settings, trace: select(needs) }
     }
 
+    /// A renderer that runs the code for `extra` needs too, whether the scene has them or not: for measuring
+    /// what leaving them out saves.
+    #[must_use]
+    pub fn with_needs(scene: &'a Scene, settings: RenderSettings, extra: Needs) -> Self {
+        Self { scene, settings, trace: select(scene.needs() | extra) }
+    }
+
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
@@ -88,16 +95,21 @@ impl<'a> Renderer<'a> {
     /// Takes samples `from..to` of one pixel. Packets start at multiples of [`PACKET`] (and at 8), so the same
     /// samples travel together whatever the waves.
     pub fn sample_pixel(&self, tile: &mut Tile, index: usize, from: u32, to: u32) -> TraceStatistics {
-        let packet = Packet { scene: self.scene, settings: &self.settings };
+        let packet = Packet { scene: self.scene, settings: &self.settings, recorder: None };
         let mut statistics = TraceStatistics::default();
+        self.packets(from, to, |first, n| statistics += (self.trace)(&packet, tile, index, first, n));
+        statistics
+    }
+
+    /// Splits samples `from..to` into packets.
+    pub(super) fn packets(&self, from: u32, to: u32, mut trace: impl FnMut(u32, usize)) {
         let mut first = from;
         while first < to {
             // The first 16 samples go in two halves: 8 is where the first decision falls.
             let border = if first < 8 { 8 } else { (first / PACKET as u32 + 1) * PACKET as u32 };
             let end = border.min(to);
-            statistics += (self.trace)(&packet, tile, index, first, (end - first) as usize);
+            trace(first, (end - first) as usize);
             first = end;
         }
-        statistics
     }
 }

@@ -356,12 +356,12 @@ fn collect_lights(
         builder.add(light, images)?;
     }
     for shape in &mut shapes[..top_level as usize] {
-        shape.lights = builder.add_shape(shape, None)?;
+        shape.lights = builder.add_shape(shape, None, context.emissions)?;
     }
     for instance in instances {
         let Some((first, end)) = objects.iter().find(|o| o.0 == instance.first_shape) else { continue };
         let lights: Result<Vec<_>, _> =
-            shapes[*first as usize..*end as usize].iter().map(|s| builder.add_shape(s, Some(instance))).collect();
+            shapes[*first as usize..*end as usize].iter().map(|s| builder.add_shape(s, Some(instance), context.emissions)).collect();
         instance.lights = lights?;
     }
     let b = embree.bounds();

@@ -3,10 +3,10 @@
 use super::surface::{FaceLights, ShapeGeometry, ShapeRecord};
 use super::{BuildError, InstanceRecord};
 use crate::lights::{
-    DiskLight, DistantLight, Environment, EnvironmentMap, FlatLight, Light, PointLight, SphereLight, SpotLight,
+    DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, Light, PointLight, SphereLight, SpotLight,
 };
 use crate::sampling::Frame;
-use crate::texture::Image;
+use crate::texture::{Color, Image};
 use glam::Vec3;
 use sparing_scene::description as d;
 
@@ -67,7 +67,12 @@ impl LightBuilder {
     }
 
     /// The lights of an emitting shape, placed by `instance`.
-    pub fn add_shape(&mut self, shape: &ShapeRecord, instance: Option<&InstanceRecord>) -> Result<FaceLights, BuildError> {
+    pub fn add_shape(
+        &mut self,
+        shape: &ShapeRecord,
+        instance: Option<&InstanceRecord>,
+        emissions: &[Emission],
+    ) -> Result<FaceLights, BuildError> {
         let Some(emission) = shape.emission else { return Ok(FaceLights::None) };
         let place = |p: Vec3| instance.map_or(p, |i| i.object_to_world.transform_point3(p));
         let mirrored = instance.is_some_and(|i| i.handedness < 0.0);
@@ -84,7 +89,8 @@ impl LightBuilder {
                         Face { p, uvs, flip: turned.unwrap_or(mirrored) != shape.flip }
                     })
                     .collect();
-                self.add_triangles(&faces, emission)
+                let textured = matches!(emissions[emission as usize].radiance, Color::Texture(_));
+                self.add_triangles(&faces, emission, textured)
             }
             ShapeGeometry::Quads(mesh) => {
                 let mut lights = Vec::with_capacity(mesh.indices.len());
@@ -121,11 +127,11 @@ impl LightBuilder {
     }
 
     /// Two triangles that follow each other and make a parallelogram become one light, with better-spread samples.
-    fn add_triangles(&mut self, faces: &[Face], emission: u32) -> Vec<u32> {
+    fn add_triangles(&mut self, faces: &[Face], emission: u32, textured: bool) -> Vec<u32> {
         let mut lights = Vec::with_capacity(faces.len());
         while lights.len() < faces.len() {
             let face = &faces[lights.len()];
-            if let Some(light) = faces.get(lights.len() + 1).and_then(|next| parallelogram(face, next, emission)) {
+            if let Some(light) = faces.get(lights.len() + 1).and_then(|next| parallelogram(face, next, emission, textured)) {
                 let id = self.push(Light::Flat(light));
                 lights.extend([id, id]);
                 continue;
@@ -145,16 +151,16 @@ struct Face {
 }
 
 /// The parallelogram of triangles (a, b, c) and (a, c, d): the usual halves of a quad.
-fn parallelogram(first: &Face, second: &Face, emission: u32) -> Option<FlatLight> {
+fn parallelogram(first: &Face, second: &Face, emission: u32, textured: bool) -> Option<FlatLight> {
     let [a, b, c] = first.p;
-    let shared = second.p[0] == a && second.p[1] == c && second.uvs[0] == first.uvs[0] && second.uvs[1] == first.uvs[2];
+    let shared = second.p[0] == a && second.p[1] == c;
     if !shared || first.flip != second.flip || !is_parallelogram(&[a, b, c, second.p[2]]) {
         return None;
     }
-    let uv_closes = (0..2).all(|k| {
-        let gap = first.uvs[1][k] + second.uvs[2][k] - first.uvs[0][k] - first.uvs[2][k];
-        gap.abs() <= 1e-5
-    });
+    let uv_closes = !textured
+        || second.uvs[0] == first.uvs[0]
+            && second.uvs[1] == first.uvs[2]
+            && (0..2).all(|k| (first.uvs[1][k] + second.uvs[2][k] - first.uvs[0][k] - first.uvs[2][k]).abs() <= 1e-5);
     let uvs = [first.uvs[0], first.uvs[1], second.uvs[2]];
     uv_closes.then(|| FlatLight::new(a, b - a, second.p[2] - a, first.flip, true, uvs, emission)).flatten()
 }
