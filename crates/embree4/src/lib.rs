@@ -10,6 +10,7 @@ mod features;
 mod filter;
 mod float_env;
 pub mod geometry;
+mod guard;
 mod interpolate;
 mod layout;
 mod memory;

@@ -7,6 +7,7 @@ use std::ptr;
 
 use embree4_sys as sys;
 
+use crate::guard::{LARGEST_RADIUS, is_traceable};
 use crate::{INVALID_ID, Scene};
 
 /// A primitive near the point of a query.
@@ -55,6 +56,7 @@ impl Scene {
     /// more, in no particular order. To find the nearest, compute the distance to each and
     /// [`shrink`](PointCandidate::shrink) the radius to it. Returns the final radius.
     ///
+    /// In scenes with curves, points or subdivision surfaces the radius is at most 1e9.
     /// Masks and filters play no part. With a radius that is negative or not a number nothing is visited.
     ///
     /// # Panics
@@ -71,7 +73,14 @@ impl Scene {
         }
         let mut state = State { visit: &mut visit, point, panic: None };
         let [x, y, z] = point;
-        let time = if time.is_nan() { 0.0 } else { time };
+        let (mut time, mut radius) = (time, radius);
+        self.guard().settle(&mut time);
+        if self.guard().fragile() {
+            if !is_traceable(point, [0.0; 3]) {
+                return radius;
+            }
+            radius = radius.min(LARGEST_RADIUS);
+        }
         let mut query = sys::RTCPointQuery { x, y, z, time, radius };
         let mut context = sys::RTCPointQueryContext {
             world2inst: [[0.0; 16]],

@@ -81,6 +81,18 @@ fn numbers_that_make_no_sense() {
     let id = builder.attach(Instance::new(&inner, IDENTITY)).unwrap();
     assert!(builder.set_transform(id, bad).is_err());
 
+    // A transform without an inverse is fine for triangles, but not for spheres.
+    let flat = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    builder.attach(Instance::new(&inner, flat)).unwrap();
+    let spheres = scene_of(inner.device(), Spheres::new(balls(3)));
+    let error = builder.attach(Instance::new(&spheres, flat)).unwrap_err();
+    assert!(matches!(error, Error::InvalidOption { .. }), "{error}");
+    assert!(builder.attach(InstanceArray::new(&spheres, vec![IDENTITY, flat])).is_err());
+    let half_turn = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    assert!(builder.attach(Instance::new(&spheres, IDENTITY).time_steps([half_turn])).is_err());
+    let id = builder.attach(Instance::new(&spheres, half_turn)).unwrap();
+    assert!(builder.set_transform(id, flat).is_err());
+
     for (start, end) in [(1.0, 0.0), (0.5, 0.5), (f32::NAN, 1.0), (0.0, f32::INFINITY), (-3e38, 3e38)] {
         assert!(matches!(refused(triangle().time_range(start, end)), Error::InvalidOption { .. }));
     }
