@@ -15,6 +15,7 @@ for folder in lib lib64 lib/x86_64-linux-gnu; do
 done
 export LD_LIBRARY_PATH="${LD_LIBRARY_PATH:-}"
 export PROPTEST_CASES="${PROPTEST_CASES:-24}"
+export RUST_BACKTRACE=0
 
 cd "$here"
 tests=$(cargo test --no-run --message-format=json 2>/dev/null | sed -n 's/.*"executable":"\([^"]*\)".*/\1/p')
