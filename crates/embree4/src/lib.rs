@@ -1,5 +1,4 @@
-//! A sound, safe wrapper around Intel Embree 4.
-#![doc = ""]
+#![doc = include_str!("../README.md")]
 mod bounds;
 mod buffer;
 mod builder;

@@ -1,0 +1,87 @@
+//! Point queries against a search through everything.
+
+mod common;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use common::{device, scene_of, translation};
+use embree4::{GeometryId, INVALID_ID, Instance, SceneBuilder, Spheres, TriangleMesh};
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
+}
+
+/// Scattered points, as spheres of almost no radius.
+fn cloud() -> Vec<[f32; 4]> {
+    (0..500_u32)
+        .map(|i| {
+            let part = |k: u32| (i.wrapping_mul(k) % 1009) as f32 / 1009.0;
+            [part(571), part(887), part(331), 1e-6]
+        })
+        .collect()
+}
+
+#[test]
+fn the_nearest_point_is_found_without_looking_at_all() {
+    let points = cloud();
+    let scene = scene_of(&device(), Spheres::new(points.clone()));
+    for query in &points[..50] {
+        let at = [query[1], query[2], query[0]];
+        let to = |p: &[f32; 4]| distance(at, [p[0], p[1], p[2]]);
+        let expected = points.iter().map(to).fold(f32::INFINITY, f32::min);
+        let mut visits = 0;
+        let found = scene.point_query(at, 10.0, 0.0, |candidate| {
+            visits += 1;
+            assert_eq!((candidate.geom_id, candidate.inst_id), (0, INVALID_ID));
+            assert!(candidate.instance_to_world.is_none());
+            let d = to(&points[candidate.prim_id as usize]);
+            candidate.shrink(d);
+            candidate.shrink(d + 1.0);
+            assert!(candidate.radius() <= d);
+        });
+        assert!((found - expected).abs() < 1e-6, "{found} instead of {expected}");
+        assert!(visits < points.len(), "shrinking the radius spares visits");
+    }
+}
+
+#[test]
+fn only_what_is_near_is_visited_and_instances_are_told() {
+    let device = device();
+    let corners = |x: f32| vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
+    let far = scene_of(&device, TriangleMesh::new(corners(0.0), vec![[0, 1, 2]]));
+    let mut builder = SceneBuilder::new(&device).unwrap();
+    builder.attach_with_id(TriangleMesh::new(corners(0.0), vec![[0, 1, 2]]), GeometryId(4)).unwrap();
+    let place = translation(10.0, 0.0, 0.0);
+    builder.attach_with_id(Instance::new(&far, place), GeometryId(6)).unwrap();
+    let scene = builder.commit().unwrap();
+    let around = |x: f32, radius: f32| {
+        let mut seen = Vec::new();
+        let left = scene.point_query([x, 0.2, 0.2], radius, 0.0, |c| {
+            assert!(c.point == [x, 0.2, 0.2]);
+            seen.push((c.geom_id, c.inst_id, c.instance_to_world));
+        });
+        assert_eq!(left.to_bits(), radius.to_bits());
+        seen.sort_by_key(|s| s.1);
+        seen
+    };
+    assert_eq!(around(0.2, 1.0), [(4, INVALID_ID, None)]);
+    assert_eq!(around(10.2, 1.0), [(0, 6, Some(place))]);
+    assert_eq!(around(5.0, 20.0).len(), 2);
+    assert!(around(5.0, 1.0).is_empty());
+    assert!(around(0.2, -1.0).is_empty() && around(0.2, f32::NAN).is_empty());
+    assert!(around(f32::NAN, 1.0).is_empty());
+}
+
+#[test]
+fn a_panic_of_the_visitor_continues() {
+    let scene = scene_of(&device(), Spheres::new(cloud()));
+    let mut visits = 0;
+    let thrown = catch_unwind(AssertUnwindSafe(|| {
+        scene.point_query([0.5; 3], 10.0, 0.0, |_| {
+            visits += 1;
+            panic!("seen enough");
+        })
+    }));
+    assert_eq!(thrown.unwrap_err().downcast_ref::<&str>(), Some(&"seen enough"));
+    assert_eq!(visits, 1);
+}
