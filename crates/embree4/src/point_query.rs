@@ -52,12 +52,13 @@ struct State<'a> {
 }
 
 impl Scene {
-    /// Calls `visit` for triangles, quads and user primitives, also within instances, whose bounds come within `radius` of `point` at `time`, and maybe for some
-    /// more, in no particular order. To find the nearest, compute the distance to each and
-    /// [`shrink`](PointCandidate::shrink) the radius to it. Returns the final radius.
+    /// Calls `visit` for triangles, quads and user primitives (also within instances) whose bounds come within
+    /// `radius` of `point` at `time`, and maybe for some more, in no particular order. To find the nearest, compute
+    /// the distance to each and [`shrink`](PointCandidate::shrink) the radius to it. Returns the final radius.
     ///
-    /// In scenes with curves, points or subdivision surfaces the radius is at most 1e9.
-    /// Masks and filters play no part. Embree has no point queries for points, curves and subdivision surfaces. With a radius that is negative or not a number nothing is visited.
+    /// Embree has no point queries for curves, points and subdivision surfaces; scenes that have some limit the
+    /// radius to 1e9. Masks and filters play no part. With a radius that is negative, or anything that is not a
+    /// number, nothing is visited.
     ///
     /// # Panics
     /// With a panic of `visit`.

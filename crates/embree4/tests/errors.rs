@@ -101,6 +101,8 @@ fn numbers_that_make_no_sense() {
     assert!(matches!(refused(sheet().edge_levels(vec![f32::INFINITY; 4])), Error::NotFinite { .. }));
     assert!(matches!(refused(sheet().vertex_creases(vec![0], vec![f32::NAN])), Error::NotFinite { .. }));
     assert!(matches!(refused(Subdivision::new(points(4), vec![2], vec![0, 1])), Error::InvalidOption { .. }));
+    let folded = Subdivision::new(points(4), vec![3, 4], vec![0, 1, 2, 0, 1, 3, 1]);
+    assert!(matches!(refused(folded), Error::InvalidOption { .. }));
     let gap = triangle().vertex_attribute(0, vec![1.0_f32; 3]).vertex_attribute(2, vec![1.0_f32; 3]);
     assert!(matches!(refused(gap), Error::InvalidOption { .. }));
     let ribbon = Curves::normal_oriented(CurveBasis::Linear, balls(4), points(4), vec![0]);

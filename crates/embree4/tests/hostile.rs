@@ -114,12 +114,22 @@ fn zoo(device: &Device, flags: SceneFlags, steps: usize, seed: u64) -> Scene {
     builder.commit().unwrap()
 }
 
-/// Faces of 3 to 15 corners at random vertices, which may repeat.
+/// Faces of 3 to 15 corners at random vertices, in any order and as often as may be.
 fn faces(odd: &mut Odd, count: usize, vertices: usize) -> (Vec<u32>, Vec<u32>) {
-    let sizes: Vec<u32> =
-        (0..count).map(|_| if odd.next(4) == 0 { 3 + odd.next(13) as u32 } else { 4 }).collect();
-    let corners = (0..sizes.iter().sum::<u32>()).map(|_| odd.next(vertices) as u32).collect();
-    (sizes, corners)
+    let mut corners = Vec::new();
+    let sizes = (0..count).map(|_| {
+        let size = if odd.next(4) == 0 { 3 + odd.next(13) } else { 4 }.min(vertices);
+        let mut face: Vec<u32> = Vec::new();
+        while face.len() < size {
+            let vertex = odd.next(vertices) as u32;
+            if !face.contains(&vertex) {
+                face.push(vertex);
+            }
+        }
+        corners.extend(face);
+        size as u32
+    });
+    (sizes.collect(), corners)
 }
 
 fn exercise(scene: &Scene, seed: u64, rays: usize) {
