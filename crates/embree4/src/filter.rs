@@ -34,7 +34,7 @@ pub(crate) type Filter = Box<dyn Fn(&FilterHit<'_>) -> bool + Send + Sync>;
 ///
 /// and they cannot borrow from a place that the scene may outlive:
 ///
-/// ```compile_fail,E0597
+/// ```compile_fail,E0373
 /// use embree4::TriangleMesh;
 /// let limit = 0.5;
 /// let mesh = TriangleMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).filter(|hit| hit.u() < limit);
