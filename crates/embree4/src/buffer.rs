@@ -21,7 +21,22 @@ const PADDING: usize = 16;
 /// assert_eq!(points[1], same[1]);
 /// ```
 ///
-/// There is no way to write to a shared buffer:
+/// There is no way to keep and change a vector that was given away:
+///
+/// ```compile_fail,E0382
+/// let mut points = vec![[0.0_f32; 3]; 3];
+/// let mesh = embree4::TriangleMesh::new(points, vec![[0, 1, 2]]);
+/// points[0] = [1.0; 3];
+/// ```
+///
+/// nor to lend one that is freed while Embree reads it:
+///
+/// ```compile_fail,E0277
+/// let points = vec![[0.0_f32; 3]; 3];
+/// let mesh = embree4::TriangleMesh::new(&points, vec![[0, 1, 2]]);
+/// ```
+///
+/// nor to write to a shared buffer:
 ///
 /// ```compile_fail,E0594
 /// let mut points = embree4::SharedBuffer::from(vec![[0.0_f32; 3]; 3]);

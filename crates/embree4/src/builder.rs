@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use embree4_sys as sys;
 
 use crate::geometry::sealed::Sealed;
-use crate::geometry::{CreateContext, Geometry, RawGeometry, Slot, check_length};
+use crate::geometry::{CreateContext, Geometry, RawGeometry, Slot, check_length, transform};
 use crate::panics::PanicStash;
 use crate::scene::SceneInner;
 use crate::{BuildQuality, Device, Error, FeatureMask, GeometryId, Scene, SceneFlags, SharedBuffer};
@@ -163,13 +163,14 @@ impl SceneBuilder {
     /// Changes the placement of a single instance.
     ///
     /// # Errors
-    /// [`Error::NoSuchGeometry`], [`Error::NotFinite`], or [`Error::Unsupported`] for other geometries.
+    /// [`Error::NoSuchGeometry`], [`Error::NotFinite`] and [`Error::InvalidOption`] as for
+    /// [`Instance`](crate::Instance), or [`Error::Unsupported`] for other geometries.
     pub fn set_transform(&mut self, id: GeometryId, transform: [f32; 12]) -> Result<(), Error> {
-        crate::geometry::check_finite("instance transform", &transform)?;
         let geometry = self.inner.geometries.get_mut(&id.0).ok_or(Error::NoSuchGeometry(id))?;
         if geometry.kind != sys::RTCGeometryType::RTC_GEOMETRY_TYPE_INSTANCE || geometry.steps != 1 {
             return Err(Error::Unsupported("only an instance with one time step has a transform to set"));
         }
+        transform::check(&geometry.scenes, &[&[transform]])?;
         geometry.set_transform(0, &transform);
         self.edit(id, |_| ())
     }

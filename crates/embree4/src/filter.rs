@@ -13,6 +13,45 @@ use crate::{Hit, Ray};
 pub(crate) type Filter = Box<dyn Fn(&FilterHit<'_>) -> bool + Send + Sync>;
 
 /// A possible hit that a filter decides about. Values are read when asked for.
+///
+/// ```
+/// use embree4::{FilterHit, TriangleMesh};
+/// // A chequered triangle.
+/// let dark = |hit: &FilterHit<'_>| ((hit.u() * 8.0) as i32 + (hit.v() * 8.0) as i32) % 2 == 0;
+/// let mesh = TriangleMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).filter(dark).occlusion_filter(dark);
+/// ```
+///
+/// Filters are called from all threads that trace, so what they hold must be shareable:
+///
+/// ```compile_fail,E0277
+/// use embree4::TriangleMesh;
+/// let count = std::cell::Cell::new(0);
+/// let mesh = TriangleMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).filter(move |_| {
+///     count.set(count.get() + 1);
+///     true
+/// });
+/// ```
+///
+/// and they cannot borrow from a place that the scene may outlive:
+///
+/// ```compile_fail,E0373
+/// use embree4::TriangleMesh;
+/// let limit = 0.5;
+/// let mesh = TriangleMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).filter(|hit| hit.u() < limit);
+/// ```
+///
+/// What a filter sees cannot be kept:
+///
+/// ```compile_fail,E0521
+/// use embree4::{FilterHit, QueryOptions, Ray, RayHit, Scene};
+/// fn keep<'a>(scene: &'a Scene, kept: &mut Vec<&'a FilterHit<'a>>) {
+///     let mut query = RayHit::new(Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
+///     scene.intersect_filtered(&QueryOptions::default(), &mut query, |hit| {
+///         kept.push(hit);
+///         true
+///     });
+/// }
+/// ```
 pub struct FilterHit<'a> {
     ray: *const f32,
     hit: *const f32,

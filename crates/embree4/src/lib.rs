@@ -1,5 +1,4 @@
-//! A sound, safe wrapper around Intel Embree 4.
-#![doc = ""]
+#![doc = include_str!("../README.md")]
 mod bounds;
 mod buffer;
 mod builder;
@@ -10,6 +9,7 @@ mod features;
 mod filter;
 mod float_env;
 pub mod geometry;
+mod guard;
 mod interpolate;
 mod layout;
 mod memory;

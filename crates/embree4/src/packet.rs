@@ -4,12 +4,13 @@ use std::mem::offset_of;
 
 use embree4_sys as sys;
 
+use crate::guard::{Guard, is_traceable};
 use crate::ray::same_layout;
 use crate::{Hit, INVALID_ID, Ray};
 
 macro_rules! packet {
     ($n:literal, $align:literal, $Ray:ident, $Hit:ident, $RayHit:ident, $Valid:ident,
-     $RtcRay:ident, $RtcHit:ident, $RtcRayHit:ident) => {
+     $RtcRay:ident, $RtcHit:ident, $RtcRayHit:ident, $allowed:ident) => {
         #[doc = concat!(stringify!($n), " rays; the fields are those of [`Ray`](crate::Ray).")]
         #[repr(C, align($align))]
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,6 +177,22 @@ macro_rules! packet {
             }
         }
 
+        impl Guard {
+            /// Settles the times, and leaves out rays that must not be traced.
+            #[inline]
+            pub(crate) fn $allowed(self, valid: &$Valid, rays: &mut $Ray) -> $Valid {
+                let mut allowed = *valid;
+                for lane in 0..$n {
+                    self.settle(&mut rays.time[lane]);
+                    let Ray { org, dir, .. } = rays.get(lane);
+                    if self.fragile() && !is_traceable(org, dir) {
+                        allowed.0[lane] = 0;
+                    }
+                }
+                allowed
+            }
+        }
+
         impl From<$Ray> for $RayHit {
             #[inline]
             fn from(ray: $Ray) -> Self {
@@ -244,6 +261,6 @@ macro_rules! packet {
     };
 }
 
-packet!(4, 16, Ray4, Hit4, RayHit4, Valid4, RTCRay4, RTCHit4, RTCRayHit4);
-packet!(8, 32, Ray8, Hit8, RayHit8, Valid8, RTCRay8, RTCHit8, RTCRayHit8);
-packet!(16, 64, Ray16, Hit16, RayHit16, Valid16, RTCRay16, RTCHit16, RTCRayHit16);
+packet!(4, 16, Ray4, Hit4, RayHit4, Valid4, RTCRay4, RTCHit4, RTCRayHit4, allowed4);
+packet!(8, 32, Ray8, Hit8, RayHit8, Valid8, RTCRay8, RTCHit8, RTCRayHit8, allowed8);
+packet!(16, 64, Ray16, Hit16, RayHit16, Valid16, RTCRay16, RTCHit16, RTCRayHit16, allowed16);

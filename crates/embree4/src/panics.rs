@@ -29,8 +29,11 @@ impl PanicStash {
         }
     }
 
-    /// [`guard`](Self::guard) for callbacks of a build.
+    /// [`guard`](Self::guard) for callbacks of a build. After a panic the build is lost and nothing is called.
     pub(crate) fn guard_in_build<R>(&self, fallback: R, callback: impl FnOnce() -> R) -> R {
+        if self.any.load(Ordering::Acquire) {
+            return fallback;
+        }
         with_default_floats(|| self.guard(fallback, callback))
     }
 
@@ -40,8 +43,11 @@ impl PanicStash {
             *first = Some(payload);
             self.any.store(true, Ordering::Release);
         } else {
-            // Dropping a payload can run user code that panics again, here inside a C call.
-            std::mem::forget(payload);
+            drop(first);
+            // Dropping a payload may run user code that panics again.
+            if let Err(again) = catch_unwind(AssertUnwindSafe(|| drop(payload))) {
+                std::mem::forget(again);
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use std::ptr;
 
 use embree4_sys as sys;
 
+use crate::guard::{LARGEST_RADIUS, is_traceable};
 use crate::{INVALID_ID, Scene};
 
 /// A primitive near the point of a query.
@@ -51,11 +52,13 @@ struct State<'a> {
 }
 
 impl Scene {
-    /// Calls `visit` for primitives whose bounds come within `radius` of `point` at `time`, and maybe for some
-    /// more, in no particular order. To find the nearest, compute the distance to each and
-    /// [`shrink`](PointCandidate::shrink) the radius to it. Returns the final radius.
+    /// Calls `visit` for triangles, quads and user primitives (also within instances) whose bounds come within
+    /// `radius` of `point` at `time`, and maybe for some more, in no particular order. To find the nearest, compute
+    /// the distance to each and [`shrink`](PointCandidate::shrink) the radius to it. Returns the final radius.
     ///
-    /// Masks and filters play no part. With a radius that is negative or not a number nothing is visited.
+    /// Embree has no point queries for curves, points and subdivision surfaces; scenes that have some limit the
+    /// radius to 1e9. Masks and filters play no part. With a radius that is negative, or anything that is not a
+    /// number, nothing is visited.
     ///
     /// # Panics
     /// With a panic of `visit`.
@@ -71,7 +74,14 @@ impl Scene {
         }
         let mut state = State { visit: &mut visit, point, panic: None };
         let [x, y, z] = point;
-        let time = if time.is_nan() { 0.0 } else { time };
+        let (mut time, mut radius) = (time, radius);
+        self.guard().settle(&mut time);
+        if self.guard().fragile() {
+            if !is_traceable(point, [0.0; 3]) {
+                return radius;
+            }
+            radius = radius.min(LARGEST_RADIUS);
+        }
         let mut query = sys::RTCPointQuery { x, y, z, time, radius };
         let mut context = sys::RTCPointQueryContext {
             world2inst: [[0.0; 16]],

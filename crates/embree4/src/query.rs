@@ -58,7 +58,9 @@ impl Scene {
     /// Finds the nearest hit between `tnear` and `tfar`; `tfar` becomes its distance. Without a hit nothing changes.
     #[inline]
     pub fn intersect(&self, query: &mut RayHit) {
-        self.settle_time(std::slice::from_mut(&mut query.ray.time));
+        if self.guard().any() && !self.guard().allows(&mut query.ray) {
+            return;
+        }
         // SAFETY: the scene is committed; the structure has Embree's layout and alignment and is ours to write.
         unsafe { sys::rtcIntersect1(self.raw(), ptr::from_mut(query).cast(), ptr::null_mut()) }
     }
@@ -66,7 +68,9 @@ impl Scene {
     /// [`intersect`](Self::intersect) with options.
     #[inline]
     pub fn intersect_with(&self, options: &QueryOptions, query: &mut RayHit) {
-        self.settle_time(std::slice::from_mut(&mut query.ray.time));
+        if self.guard().any() && !self.guard().allows(&mut query.ray) {
+            return;
+        }
         let mut args = options.intersect();
         // SAFETY: as above; the arguments live during the call.
         unsafe { sys::rtcIntersect1(self.raw(), ptr::from_mut(query).cast(), &raw mut args) }
@@ -75,7 +79,9 @@ impl Scene {
     /// Whether anything lies between `tnear` and `tfar`; then `tfar` becomes minus infinity.
     #[inline]
     pub fn occluded(&self, ray: &mut Ray) -> bool {
-        self.settle_time(std::slice::from_mut(&mut ray.time));
+        if self.guard().any() && !self.guard().allows(ray) {
+            return false;
+        }
         // SAFETY: the scene is committed; the structure has Embree's layout and alignment and is ours to write.
         unsafe { sys::rtcOccluded1(self.raw(), ptr::from_mut(ray).cast(), ptr::null_mut()) };
         ray.is_occluded()
@@ -84,35 +90,31 @@ impl Scene {
     /// [`occluded`](Self::occluded) with options.
     #[inline]
     pub fn occluded_with(&self, options: &QueryOptions, ray: &mut Ray) -> bool {
-        self.settle_time(std::slice::from_mut(&mut ray.time));
+        if self.guard().any() && !self.guard().allows(ray) {
+            return false;
+        }
         let mut args = options.occluded();
         // SAFETY: as above; the arguments live during the call.
         unsafe { sys::rtcOccluded1(self.raw(), ptr::from_mut(ray).cast(), &raw mut args) };
         ray.is_occluded()
     }
-
-    /// Embree turns the time into an index into the time steps, without a check for NaN: rays of moving scenes
-    /// get time 0 instead. Scenes that stand still only pay for one predictable branch.
-    #[inline]
-    pub(crate) fn settle_time(&self, times: &mut [f32]) {
-        if self.is_moving() {
-            for time in times {
-                if time.is_nan() {
-                    *time = 0.0;
-                }
-            }
-        }
-    }
 }
 
 macro_rules! packet_queries {
     ($n:literal, $Valid:ident, $Ray:ident, $RayHit:ident, $intersect:ident, $intersect_with:ident,
-     $occluded:ident, $occluded_with:ident, $rtc_intersect:ident, $rtc_occluded:ident) => {
+     $occluded:ident, $occluded_with:ident, $rtc_intersect:ident, $rtc_occluded:ident,
+     $allowed:ident) => {
         impl Scene {
             #[doc = concat!("[`intersect`](Self::intersect) for the valid ones of ", stringify!($n), " rays.")]
             #[inline]
             pub fn $intersect(&self, valid: &$Valid, query: &mut $RayHit) {
-                self.settle_time(&mut query.ray.time);
+                let allowed;
+                let valid = if self.guard().any() {
+                    allowed = self.guard().$allowed(valid, &mut query.ray);
+                    &allowed
+                } else {
+                    valid
+                };
                 // SAFETY: the scene is committed; mask and packet have Embree's layout and alignment, and the
                 // packet is ours to write.
                 unsafe {
@@ -124,7 +126,13 @@ macro_rules! packet_queries {
             #[doc = concat!("[`", stringify!($intersect), "`](Self::", stringify!($intersect), ") with options.")]
             #[inline]
             pub fn $intersect_with(&self, options: &QueryOptions, valid: &$Valid, query: &mut $RayHit) {
-                self.settle_time(&mut query.ray.time);
+                let allowed;
+                let valid = if self.guard().any() {
+                    allowed = self.guard().$allowed(valid, &mut query.ray);
+                    &allowed
+                } else {
+                    valid
+                };
                 let mut args = options.intersect();
                 // SAFETY: as above; the arguments live during the call.
                 unsafe {
@@ -137,7 +145,13 @@ macro_rules! packet_queries {
             /// `tfar` of blocked rays becomes minus infinity.
             #[inline]
             pub fn $occluded(&self, valid: &$Valid, rays: &mut $Ray) {
-                self.settle_time(&mut rays.time);
+                let allowed;
+                let valid = if self.guard().any() {
+                    allowed = self.guard().$allowed(valid, rays);
+                    &allowed
+                } else {
+                    valid
+                };
                 // SAFETY: the scene is committed; mask and packet have Embree's layout and alignment, and the
                 // packet is ours to write.
                 unsafe {
@@ -149,7 +163,13 @@ macro_rules! packet_queries {
             #[doc = concat!("[`", stringify!($occluded), "`](Self::", stringify!($occluded), ") with options.")]
             #[inline]
             pub fn $occluded_with(&self, options: &QueryOptions, valid: &$Valid, rays: &mut $Ray) {
-                self.settle_time(&mut rays.time);
+                let allowed;
+                let valid = if self.guard().any() {
+                    allowed = self.guard().$allowed(valid, rays);
+                    &allowed
+                } else {
+                    valid
+                };
                 let mut args = options.occluded();
                 // SAFETY: as above; the arguments live during the call.
                 unsafe {
@@ -171,7 +191,8 @@ packet_queries!(
     occluded4,
     occluded4_with,
     rtcIntersect4,
-    rtcOccluded4
+    rtcOccluded4,
+    allowed4
 );
 packet_queries!(
     8,
@@ -183,7 +204,8 @@ packet_queries!(
     occluded8,
     occluded8_with,
     rtcIntersect8,
-    rtcOccluded8
+    rtcOccluded8,
+    allowed8
 );
 packet_queries!(
     16,
@@ -195,5 +217,6 @@ packet_queries!(
     occluded16,
     occluded16_with,
     rtcIntersect16,
-    rtcOccluded16
+    rtcOccluded16,
+    allowed16
 );

@@ -50,7 +50,9 @@ impl Scene {
         query: &mut RayHit,
         filter: F,
     ) {
-        self.settle_time(std::slice::from_mut(&mut query.ray.time));
+        if self.guard().any() && !self.guard().allows(&mut query.ray) {
+            return;
+        }
         let mut context = Context::new(filter);
         let mut args = options.intersect();
         args.flags |= FLAG;
@@ -74,7 +76,9 @@ impl Scene {
         ray: &mut Ray,
         filter: F,
     ) -> bool {
-        self.settle_time(std::slice::from_mut(&mut ray.time));
+        if self.guard().any() && !self.guard().allows(ray) {
+            return false;
+        }
         let mut context = Context::new(filter);
         let mut args = options.occluded();
         args.flags |= FLAG;

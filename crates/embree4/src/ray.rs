@@ -11,7 +11,8 @@ pub const INVALID_ID: u32 = u32::MAX;
 
 /// A ray segment. Lengths are in units of `dir`, which need not have length one.
 ///
-/// Components that are not numbers make a ray miss or hit arbitrarily, but never do harm.
+/// Components that are not finite numbers make a ray hit or miss arbitrarily, but never do harm. In scenes with curves,
+/// points or subdivision surfaces such rays miss, and so do those with components beyond 1e18.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -21,7 +22,7 @@ pub struct Ray {
     pub tnear: f32,
     /// Direction.
     pub dir: [f32; 3],
-    /// Time for motion blur, 0 to 1.
+    /// Time for motion blur, 0 to 1. Other times are moved there (in scenes that move).
     pub time: f32,
     /// End of the segment; the hit distance after `intersect`, minus infinity after `occluded` found something.
     pub tfar: f32,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use embree4_sys as sys;
 
 use crate::geometry::RawGeometry;
+use crate::guard::Guard;
 use crate::panics::PanicStash;
 use crate::{Bounds, Device, Error, FeatureMask, GeometryId, LinearBounds, PanicPayload, SceneBuilder};
 
@@ -32,7 +33,7 @@ use crate::{Bounds, Device, Error, FeatureMask, GeometryId, LinearBounds, PanicP
 pub struct Scene {
     /// The same as in `inner`, without the indirection.
     raw: sys::RTCScene,
-    moving: bool,
+    guard: Guard,
     inner: Arc<SceneInner>,
 }
 
@@ -74,8 +75,8 @@ impl SceneInner {
 
 impl Scene {
     pub(crate) fn new(inner: SceneInner) -> Self {
-        let (raw, moving) = (inner.raw, inner.features.contains(FeatureMask::MOTION_BLUR));
-        Self { raw, moving, inner: Arc::new(inner) }
+        let (raw, guard) = (inner.raw, Guard::new(inner.features));
+        Self { raw, guard, inner: Arc::new(inner) }
     }
 
     #[inline]
@@ -83,10 +84,10 @@ impl Scene {
         self.raw
     }
 
-    /// Whether ray times matter.
+    /// What to check of rays.
     #[inline]
-    pub(crate) fn is_moving(&self) -> bool {
-        self.moving
+    pub(crate) fn guard(&self) -> Guard {
+        self.guard
     }
 
     pub(crate) fn inner(&self) -> &SceneInner {
@@ -151,8 +152,8 @@ impl Scene {
     /// # Errors
     /// The scene itself, if it is shared.
     pub fn try_into_builder(self) -> Result<SceneBuilder, Self> {
-        let Self { raw, moving, inner } = self;
-        Arc::try_unwrap(inner).map(SceneBuilder::from_inner).map_err(|inner| Self { raw, moving, inner })
+        let Self { raw, guard, inner } = self;
+        Arc::try_unwrap(inner).map(SceneBuilder::from_inner).map_err(|inner| Self { raw, guard, inner })
     }
 }
 

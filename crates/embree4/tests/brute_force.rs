@@ -5,10 +5,10 @@
 
 mod common;
 
-use common::{device, trace};
+use common::device;
 use embree4::{
-    Device, Hit, INVALID_ID, Instance, QuadMesh, QueryOptions, Ray, Ray4, Ray8, Ray16, RayHit4, RayHit8,
-    RayHit16, Scene, SceneBuilder, SceneFlags, Spheres, TriangleMesh, Valid4, Valid8, Valid16,
+    Device, Hit, INVALID_ID, Instance, QuadMesh, QueryOptions, Ray, Ray4, Ray8, Ray16, RayHit, RayHit4,
+    RayHit8, RayHit16, Scene, SceneBuilder, SceneFlags, Spheres, TriangleMesh, Valid4, Valid8, Valid16,
 };
 use proptest::prelude::*;
 
@@ -262,7 +262,8 @@ fn check(device: &Device, soup: &Soup) -> Result<(usize, usize), TestCaseError> 
     let oracle: Vec<_> = soup.rays.iter().map(|ray| soup.oracle(ray)).collect();
     for (number, (ray, expected)) in soup.rays.iter().zip(&oracle).enumerate() {
         let Some(expected) = *expected else { continue };
-        let found = trace(&scene, *ray);
+        let mut found = RayHit::new(*ray);
+        scene.intersect(&mut found);
         agrees(soup, number, &found.ray, &found.hit, expected)?;
         let mut shadow = *ray;
         prop_assert_eq!(scene.occluded(&mut shadow), expected.is_some());

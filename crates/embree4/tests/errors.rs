@@ -81,6 +81,18 @@ fn numbers_that_make_no_sense() {
     let id = builder.attach(Instance::new(&inner, IDENTITY)).unwrap();
     assert!(builder.set_transform(id, bad).is_err());
 
+    // A transform without an inverse is fine for triangles, but not for spheres.
+    let flat = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    builder.attach(Instance::new(&inner, flat)).unwrap();
+    let spheres = scene_of(inner.device(), Spheres::new(balls(3)));
+    let error = builder.attach(Instance::new(&spheres, flat)).unwrap_err();
+    assert!(matches!(error, Error::InvalidOption { .. }), "{error}");
+    assert!(builder.attach(InstanceArray::new(&spheres, vec![IDENTITY, flat])).is_err());
+    let half_turn = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    assert!(builder.attach(Instance::new(&spheres, IDENTITY).time_steps([half_turn])).is_err());
+    let id = builder.attach(Instance::new(&spheres, half_turn)).unwrap();
+    assert!(builder.set_transform(id, flat).is_err());
+
     for (start, end) in [(1.0, 0.0), (0.5, 0.5), (f32::NAN, 1.0), (0.0, f32::INFINITY), (-3e38, 3e38)] {
         assert!(matches!(refused(triangle().time_range(start, end)), Error::InvalidOption { .. }));
     }
@@ -89,6 +101,8 @@ fn numbers_that_make_no_sense() {
     assert!(matches!(refused(sheet().edge_levels(vec![f32::INFINITY; 4])), Error::NotFinite { .. }));
     assert!(matches!(refused(sheet().vertex_creases(vec![0], vec![f32::NAN])), Error::NotFinite { .. }));
     assert!(matches!(refused(Subdivision::new(points(4), vec![2], vec![0, 1])), Error::InvalidOption { .. }));
+    let folded = Subdivision::new(points(4), vec![3, 4], vec![0, 1, 2, 0, 1, 3, 1]);
+    assert!(matches!(refused(folded), Error::InvalidOption { .. }));
     let gap = triangle().vertex_attribute(0, vec![1.0_f32; 3]).vertex_attribute(2, vec![1.0_f32; 3]);
     assert!(matches!(refused(gap), Error::InvalidOption { .. }));
     let ribbon = Curves::normal_oriented(CurveBasis::Linear, balls(4), points(4), vec![0]);

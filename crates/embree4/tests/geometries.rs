@@ -114,8 +114,7 @@ fn hermite_and_normal_oriented_curves() {
     let device = device();
     let points = vec![[0.0, 0.0, 5.0, 0.5], [3.0, 0.0, 5.0, 0.5]];
     let tangents = vec![[3.0, 0.0, 0.0, 0.0]; 2];
-    let scene =
-        scene_of(&device, Curves::hermite(CurveShape::Round, points.clone(), tangents.clone(), vec![0]));
+    let scene = scene_of(&device, Curves::hermite(CurveShape::Round, points, tangents, vec![0]));
     near(distance(&scene, 1.5, 0.0), 4.5, 0.02);
 
     let points: Vec<_> = (0..4).map(|i| [i as f32, 0.0, 5.0, 0.5]).collect();

@@ -3,7 +3,7 @@
 use embree4_sys as sys;
 
 use super::sealed::Sealed;
-use super::{CreateContext, Options, RawGeometry, check_finite, geometry_options};
+use super::{CreateContext, Options, RawGeometry, geometry_options, transform};
 use crate::{Error, FeatureMask, Scene};
 
 /// The transform that changes nothing.
@@ -13,7 +13,8 @@ pub const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.
 ///
 /// A transform is an affine 3x4 matrix stored by columns: three for the linear part, the fourth is the translation. It
 /// maps the instanced scene's space to that of the scene around it. Through a transform that cannot be inverted nothing
-/// is hit. Instances keep their scene alive. Embree is built for one level: a scene with instances cannot be instanced.
+/// is hit. A scene with curves, points or subdivision surfaces needs one that can be inverted at all times: it may not
+/// turn by more than 20 degrees, or scale as much, between two time steps. Instances keep their scene alive. Embree is built for one level: a scene with instances cannot be instanced.
 #[must_use]
 pub struct Instance {
     scene: Scene,
@@ -41,7 +42,8 @@ impl Sealed for Instance {
     #[allow(private_interfaces, reason = "nobody outside can name this trait")]
     fn create(self, context: &CreateContext<'_>) -> Result<RawGeometry, Error> {
         check_instanceable(&self.scene, context)?;
-        check_finite("instance transform", self.transforms.as_flattened())?;
+        let steps: Vec<_> = self.transforms.iter().map(std::slice::from_ref).collect();
+        transform::check(std::slice::from_ref(&self.scene), &steps)?;
         let kind = sys::RTCGeometryType::RTC_GEOMETRY_TYPE_INSTANCE;
         let features = FeatureMask::INSTANCE | self.scene.features();
         let mut geometry = RawGeometry::new(context, kind, features, 1)?;

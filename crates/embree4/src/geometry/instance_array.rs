@@ -5,7 +5,7 @@ use embree4_sys as sys;
 use super::instance::check_instanceable;
 use super::sealed::Sealed;
 use super::{
-    CreateContext, Options, RawGeometry, Slot, check_finite, check_indices, check_length, geometry_options,
+    CreateContext, Options, RawGeometry, Slot, check_indices, check_length, geometry_options, transform,
 };
 use crate::{Error, FeatureMask, Scene, SharedBuffer};
 
@@ -68,8 +68,9 @@ impl Sealed for InstanceArray {
         }
         for transforms in &self.transforms {
             check_length("instance transforms", transforms.len(), count)?;
-            check_finite("instance transform", transforms.as_flattened())?;
         }
+        let steps: Vec<_> = self.transforms.iter().map(|step| &step[..]).collect();
+        transform::check(&self.scenes, &steps)?;
         if let Some(choice) = &self.choice {
             check_length("scene choice", choice.len(), count)?;
             check_indices("instanced scene", choice, self.scenes.len())?;

@@ -8,6 +8,7 @@ mod points;
 mod quads;
 mod raw;
 mod subdivision;
+pub(crate) mod transform;
 mod triangles;
 pub(crate) mod user;
 

@@ -35,7 +35,7 @@ const MAX_RING_POINTS: usize = 126;
 
 /// A control mesh of polygons and the smooth surface that it describes.
 ///
-/// A face has 3 to 15 corners. Up to 63 faces may meet at a vertex, fewer if they have many corners.
+/// A face has 3 to 15 corners, all different. Up to 63 faces may meet at a vertex, fewer if they have many corners.
 #[must_use]
 pub struct Subdivision {
     vertices: Steps<[f32; 3]>,
@@ -149,12 +149,19 @@ impl Subdivision {
     }
 
     /// Embree's tables hold the faces around a vertex, and the vertices of those faces, up to a limit. It leaves
-    /// out faces beyond it when it builds, but not when it interpolates.
+    /// out faces beyond it when it builds, but not when it interpolates. With a vertex twice in a face it goes by
+    /// memory that was never written.
     fn check_rings(&self) -> Result<(), Error> {
         let mut rings = vec![(0_usize, 1_usize); self.vertices.first.len()];
-        let mut corners = self.indices.iter();
+        let mut rest = &self.indices[..];
         for &size in self.face_sizes.iter() {
-            for &vertex in corners.by_ref().take(size as usize) {
+            let (face, others) = rest.split_at(size as usize);
+            rest = others;
+            if (1..face.len()).any(|i| face[..i].contains(&face[i])) {
+                let reason = "the corners of a face are different vertices";
+                return Err(Error::InvalidOption { what: "subdivision faces", reason });
+            }
+            for &vertex in face {
                 let (faces, points) = &mut rings[vertex as usize];
                 *faces += 1;
                 *points += size as usize - 2;

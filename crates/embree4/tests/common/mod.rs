@@ -44,9 +44,17 @@ pub fn up(x: f32, y: f32) -> Ray {
     Ray::new([x, y, 0.0], [0.0, 0.0, 1.0])
 }
 
+/// To the nearest multiple of 1 / 4096. Most kernels multiply with a reciprocal that is off by a bit.
+pub fn round(x: f32) -> f32 {
+    (x * 4096.0).round() / 4096.0
+}
+
+/// Traces a ray and rounds distance and coordinates.
 pub fn trace(scene: &Scene, ray: Ray) -> RayHit {
     let mut query = RayHit::new(ray);
     scene.intersect(&mut query);
+    query.ray.tfar = round(query.ray.tfar);
+    (query.hit.u, query.hit.v) = (round(query.hit.u), round(query.hit.v));
     query
 }
 
