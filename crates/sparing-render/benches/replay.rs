@@ -27,7 +27,7 @@ fn main() {
     }
     if paths.is_empty() {
         scenes.push(("Cornell box".into(), load(&root.join("scenes/cornell-box.pbrt"))));
-        for (name, level) in [("mesh of 70k triangles", 187), ("mesh of 500k triangles", 500)] {
+        for (name, level) in [("mesh of 70k triangles", 700), ("mesh of 500k triangles", 2000)] {
             let mut d = load(&root.join("scenes/mesh.pbrt"));
             replace_mesh(&mut d, level);
             scenes.push((name.into(), d));
@@ -51,11 +51,11 @@ fn load(path: &Path) -> SceneDescription {
     sparing_scene::load(path).unwrap_or_else(|e| panic!("{}", e.report()))
 }
 
-/// Puts a bumpy surface of about 2 n² triangles where the scene's own mesh was.
+/// Puts a torus knot of about n² / 7 triangles where the scene's own mesh was.
 fn replace_mesh(d: &mut SceneDescription, n: u32) {
     let largest = d.shapes.iter_mut().max_by_key(|s| s.geometry.triangle_count()).expect("a shape");
     let Geometry::Triangles(old) = &largest.geometry else { panic!("a mesh") };
-    let new = generate::torus_knot(n);
+    let new = generate::torus_knot(2, 3, n, n / 14, 0.35);
     largest.geometry = Geometry::Triangles(fit(new, old));
 }
 

@@ -49,6 +49,7 @@ pub(super) struct Packet<'a> {
 }
 
 impl Packet<'_> {
+    #[inline(always)]
     fn record(&self, query: impl FnOnce() -> Query) {
         if let Some(recorder) = self.recorder {
             recorder.borrow_mut().push(query());
@@ -112,23 +113,7 @@ pub(super) fn select(needs: Needs) -> TracePacket {
     pick!([] SURFACE, SHAPES, Needs::CHOICE, Needs::LIGHT_SAMPLING, Needs::MIS, OUTPUT)
 }
 
-/// The tracer with everything on, and with its queries recorded.
-pub(super) fn trace_recorded(packet: &Packet<'_>, tile: &mut Tile, index: usize, first: u32, n: usize) {
-    trace::<{ Needs::all().difference(OUTPUT).bits() }, true>(packet, tile, index, first, n);
-}
-
 fn trace_packet<const NEEDS: u32>(
-    packet: &Packet<'_>,
-    tile: &mut Tile,
-    index: usize,
-    first: u32,
-    n: usize,
-) -> TraceStatistics {
-    trace::<NEEDS, false>(packet, tile, index, first, n)
-}
-
-#[inline(always)]
-fn trace<const NEEDS: u32, const RECORD: bool>(
     packet: &Packet<'_>,
     tile: &mut Tile,
     index: usize,
@@ -162,9 +147,7 @@ fn trace<const NEEDS: u32, const RECORD: bool>(
     }
     let coherent = QueryOptions { coherent: true, feature_mask: scene.features };
     let incoherent = QueryOptions { coherent: false, feature_mask: scene.features };
-    if RECORD {
-        packet.record(|| Query::Camera(Box::new(hits.ray), n as u32));
-    }
+    packet.record(|| Query::Camera(Box::new(hits.ray), n as u32));
     scene.embree.intersect16_with(&coherent, &Valid16::first(n), &mut hits);
 
     let context = scene.light_context();
@@ -281,7 +264,7 @@ fn trace<const NEEDS: u32, const RECORD: bool>(
             }
             statistics.shadow += u64::from(shadows.lanes.count_ones());
             let options = if depth == 0 { &coherent } else { &incoherent };
-            if RECORD && shadows.lanes != 0 {
+            if shadows.lanes != 0 {
                 packet.record(|| Query::Shadows(Box::new(shadows.rays), shadows.lanes, depth == 0));
             }
             trace_shadows(scene, options, &mut shadows, &mut paths);
@@ -311,9 +294,7 @@ fn trace<const NEEDS: u32, const RECORD: bool>(
         statistics.bounce += u64::from(active.count_ones());
         for lane in Lanes(active) {
             let mut query = RayHit::new(hits.ray.get(lane));
-            if RECORD {
-                packet.record(|| Query::Bounce(query.ray));
-            }
+            packet.record(|| Query::Bounce(query.ray));
             scene.embree.intersect_with(&incoherent, &mut query);
             hits.ray.tfar[lane] = query.ray.tfar;
             hits.hit.u[lane] = query.hit.u;

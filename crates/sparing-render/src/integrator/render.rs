@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: RenderSettings,
-    trace: TracePacket,
+    pub(super) trace: TracePacket,
 }
 
 /// One pass over the film that brings every active pixel to `target` samples.

@@ -1,6 +1,6 @@
 //! The rays of a render, recorded and traced again by bare Embree calls: the limit that shading can approach.
 
-use super::packet::{Packet, trace_recorded};
+use super::packet::Packet;
 use super::render::Renderer;
 use crate::scene::Scene;
 use embree4::{QueryOptions, Ray, Ray16, RayHit, RayHit16, Valid16};
@@ -36,7 +36,7 @@ impl Renderer<'_> {
             for y in 0..tile.height {
                 for x in 0..tile.width {
                     self.packets(0, spp, |first, n| {
-                        trace_recorded(&packet, tile, (y * TILE + x) as usize, first, n);
+                        (self.trace)(&packet, tile, (y * TILE + x) as usize, first, n);
                     });
                 }
             }
