@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 use std::ffi::CString;
 
+use crate::Error;
 use crate::image::{Attribute, Image, Window};
 use crate::read::LAYOUT_ATTRIBUTES;
-use crate::Error;
 
 /// Longest name that the format can hold, bytes.
 pub(crate) const MAX_NAME: usize = 255;

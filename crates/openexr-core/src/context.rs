@@ -78,7 +78,7 @@ fn options(user_data: *mut c_void) -> sys::exr_context_initializer_t {
         size: size_of::<sys::exr_context_initializer_t>(),
         error_handler_fn: Some(keep_message),
         user_data,
-        zip_level: -2,      // the library's own default
+        zip_level: -2,     // the library's own default
         dwa_quality: -1.0, // likewise
         ..Default::default()
     }

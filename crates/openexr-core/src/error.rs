@@ -53,7 +53,8 @@ pub(crate) unsafe extern "C" fn keep_message(
         // SAFETY: not null, and the library passes a C string that lives during the call.
         let text = unsafe { CStr::from_ptr(message) }.to_string_lossy();
         // The library puts the file's name and a colon in front; callers name the file themselves.
-        let text = text.strip_prefix(crate::context::STREAM_NAME).unwrap_or(&text).trim_start_matches([':', ' ']);
+        let text =
+            text.strip_prefix(crate::context::STREAM_NAME).unwrap_or(&text).trim_start_matches([':', ' ']);
         LAST_MESSAGE.with_borrow_mut(|last| last.get_or_insert_with(|| text.to_owned()).truncate(1000));
     });
 }

@@ -177,7 +177,8 @@ fn check_compression(compression: sys::exr_compression_t) -> Result<(), Error> {
 fn from_box(raw: &sys::exr_attr_box2i_t, what: &str) -> Result<Window, Error> {
     // SAFETY: every bit pattern is a valid pair of i32, whichever field of the union wrote it.
     let (min, max) = unsafe { (raw.min.__bindgen_anon_1.arr, raw.max.__bindgen_anon_1.arr) };
-    let side = |axis: usize| u32::try_from(i64::from(max[axis]) - i64::from(min[axis]) + 1).ok().filter(|n| *n > 0);
+    let side =
+        |axis: usize| u32::try_from(i64::from(max[axis]) - i64::from(min[axis]) + 1).ok().filter(|n| *n > 0);
     match (side(0), side(1)) {
         (Some(w), Some(h)) => Ok(Window { origin: min, size: [w, h] }),
         _ => Err(Error::Damaged(format!("its {what} window is from {min:?} to {max:?}"))),
