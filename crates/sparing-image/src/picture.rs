@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use crate::color::srgb_decode;
+use crate::exr::{ExrImage, decode_exr};
+use crate::pfm;
+
 /// Pixels in rows from the top.
 #[derive(Clone, Debug)]
 pub enum Pixels {
@@ -52,7 +56,7 @@ pub enum PictureError {
 pub const MAX_SIDE: u32 = 32_768;
 
 impl Picture {
-    /// Reads PNG, JPEG or Radiance HDR from a file, chosen by content.
+    /// Reads PNG, JPEG, Radiance HDR, OpenEXR or PFM from a file, chosen by content.
     ///
     /// # Errors
     /// Unreadable file, unknown format, damaged data, a side over [`MAX_SIDE`].
@@ -62,12 +66,21 @@ impl Picture {
         Self::decode(&bytes, &name)
     }
 
-    /// Decodes PNG, JPEG or Radiance HDR bytes; `name` is for messages.
+    /// Decodes PNG, JPEG, Radiance HDR, OpenEXR or PFM bytes; `name` is for messages.
+    ///
+    /// Of an OpenEXR file it takes the data window's R, G and B, or its Y, or else the first layer by name that has
+    /// these. Channels such as depth are not colour: a file without any of them is an error.
     ///
     /// # Errors
     /// Unknown format, damaged data, a side over [`MAX_SIDE`].
     pub fn decode(bytes: &[u8], name: &str) -> Result<Self, PictureError> {
         let fail = |reason: String| PictureError::Decode { name: name.to_owned(), reason };
+        if bytes.starts_with(&openexr_core::MAGIC) {
+            return Self::from_exr(&decode_exr(bytes, name)?, name);
+        }
+        if pfm::is_pfm(bytes) {
+            return pfm::decode(bytes, name);
+        }
         let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|e| fail(e.to_string()))?;
@@ -92,5 +105,26 @@ impl Picture {
             },
         };
         Ok(Self { width, height, pixels })
+    }
+    fn from_exr(image: &ExrImage, name: &str) -> Result<Self, PictureError> {
+        let rgb = image.rgb_layers().first().and_then(|layer| image.rgb(layer));
+        let data = rgb.ok_or_else(|| {
+            let channels: Vec<&str> = image.channels.iter().take(20).map(|c| c.name.as_str()).collect();
+            let reason = format!("it has no R, G, B or Y channels, only {}", channels.join(", "));
+            PictureError::Decode { name: name.to_owned(), reason }
+        })?;
+        Ok(Self { width: image.width, height: image.height, pixels: Pixels::Rgb32F(data) })
+    }
+
+    /// All pixels as linear RGB: 8-bit ones are taken as sRGB, their alpha is dropped.
+    #[must_use]
+    pub fn to_linear(&self) -> Vec<[f32; 3]> {
+        match &self.pixels {
+            Pixels::Rgb32F(data) => data.clone(),
+            Pixels::Rgba8 { data, .. } => {
+                let table: Vec<f32> = (0..256).map(|i| srgb_decode(f64::from(i) / 255.0) as f32).collect();
+                data.iter().map(|p| [p[0], p[1], p[2]].map(|b| table[usize::from(b)])).collect()
+            }
+        }
     }
 }
