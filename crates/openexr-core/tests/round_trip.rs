@@ -135,7 +135,8 @@ fn an_independent_reader_agrees() {
 #[test]
 fn impossible_images_are_refused() {
     let good = sample(4, 4);
-    let cases: Vec<(&str, fn(&mut Image))> = vec![
+    type Case = (&'static str, fn(&mut Image));
+    let cases: Vec<Case> = vec![
         ("no channels", |i| i.channels.clear()),
         ("short channel", |i| i.channels[0].samples = Samples::F32(vec![0.0; 15])),
         ("double channel", |i| i.channels[1].name = "Z".into()),

@@ -79,7 +79,7 @@ fn a_film_survives_the_file() -> Result<(), Box<dyn Error>> {
     let image = film_layers(&film(ALL), vec![("owner".into(), ExrAttribute::String("me".into()))]);
     write_exr(&path, &image)?;
     let mut back = read_exr(&path)?;
-    let mut sorted = image.clone();
+    let mut sorted = image;
     sorted.channels.sort_by(|a, b| a.name.cmp(&b.name));
     back.attributes.sort_by(|a, b| a.0.cmp(&b.0));
     sorted.attributes.sort_by(|a, b| a.0.cmp(&b.0));
