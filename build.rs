@@ -1,11 +1,11 @@
-//! Puts Embree's folder on the run path of the binary, and stamps the version with the commit.
+//! Puts Embree's and OpenEXR's folders on the run path of the binary, and stamps the version with the commit.
 
 use std::process::Command;
 
 fn main() {
-    println!("cargo:rerun-if-env-changed=DEP_EMBREE4_LIB");
-    if let Ok(lib) = std::env::var("DEP_EMBREE4_LIB") {
-        if !lib.is_empty() {
+    for variable in ["DEP_EMBREE4_LIB", "DEP_OPENEXRCORE_LIB"] {
+        println!("cargo:rerun-if-env-changed={variable}");
+        if let Some(lib) = std::env::var(variable).ok().filter(|lib| !lib.is_empty()) {
             println!("cargo:rustc-link-arg=-Wl,-rpath,{lib}");
         }
     }

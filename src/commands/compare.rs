@@ -85,14 +85,17 @@ fn read(path: &Path) -> anyhow::Result<(Vec<[f32; 3]>, [u32; 2])> {
         Pixels::Rgb32F(data) => data,
         Pixels::Rgba8 { data, .. } => data
             .iter()
-            .map(|[r, g, b, _]| [r, g, b].map(|v| sparing_render::texture::srgb_to_linear(f32::from(*v) / 255.0)))
+            .map(|[r, g, b, _]| {
+                [r, g, b].map(|v| sparing_render::texture::srgb_to_linear(f32::from(*v) / 255.0))
+            })
             .collect(),
     };
     Ok((pixels, [p.width, p.height]))
 }
 
 fn json(c: &Comparison) -> serde_json::Value {
-    let summary = |s: &Summary| serde_json::json!({ "mean": s.mean, "p95": s.p95, "p99": s.p99, "max": s.max });
+    let summary =
+        |s: &Summary| serde_json::json!({ "mean": s.mean, "p95": s.p95, "p99": s.p99, "max": s.max });
     serde_json::json!({
         "rel_mse": c.rel_mse,
         "mse": c.mse,
@@ -109,15 +112,23 @@ fn json(c: &Comparison) -> serde_json::Value {
 }
 
 fn print(c: &Comparison) {
-    let summary = |s: &Summary| format!("mean {:.4}  p95 {:.4}  p99 {:.4}  max {:.4}", s.mean, s.p95, s.p99, s.max);
+    let summary =
+        |s: &Summary| format!("mean {:.4}  p95 {:.4}  p99 {:.4}  max {:.4}", s.mean, s.p95, s.p99, s.max);
     println!("relMSE      {:.6e}", c.rel_mse);
     println!("MSE         {:.6e}", c.mse);
     println!("PSNR        {:.2} dB", c.psnr);
     println!("CIEDE2000   {}", summary(&c.ciede2000));
     println!("FLIP        {}", summary(&c.flip));
-    println!("bias        {:+.3} %, darkest lit quarter {:+.3} %", c.signed_bias * 100.0, c.signed_bias_dark * 100.0);
+    println!(
+        "bias        {:+.3} %, darkest lit quarter {:+.3} %",
+        c.signed_bias * 100.0,
+        c.signed_bias_dark * 100.0
+    );
     println!("(both pictures times {:.4})", c.scale);
     if c.non_finite_image + c.non_finite_reference > 0 {
-        println!("not finite  {} pixels of the picture, {} of the reference", c.non_finite_image, c.non_finite_reference);
+        println!(
+            "not finite  {} pixels of the picture, {} of the reference",
+            c.non_finite_image, c.non_finite_reference
+        );
     }
 }

@@ -47,11 +47,25 @@ fn scene(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
     }
     let mib = |b: u64| format!("{:.1} MiB", b as f64 / 1_048_576.0);
     println!("scene      {}", path.display());
-    println!("picture    {}x{}, {} spp, depth {}", film.width, film.height, sampler.spp.map_or("64 (default)".into(), |n| n.to_string()), integrator.max_depth);
-    println!("geometry   {} triangles, {} quads, {} shapes, {} instances", s.triangles, s.quads, s.shapes, s.instances);
+    println!(
+        "picture    {}x{}, {} spp, depth {}",
+        film.width,
+        film.height,
+        sampler.spp.map_or("64 (default)".into(), |n| n.to_string()),
+        integrator.max_depth
+    );
+    println!(
+        "geometry   {} triangles, {} quads, {} shapes, {} instances",
+        s.triangles, s.quads, s.shapes, s.instances
+    );
     println!("lights     {} (emitting faces counted singly)", s.lights);
     println!("materials  {}", s.materials);
-    println!("memory     {} geometry, {} Embree, {} textures", mib(s.geometry_bytes), mib(s.embree_bytes), mib(s.texture_bytes));
+    println!(
+        "memory     {} geometry, {} Embree, {} textures",
+        mib(s.geometry_bytes),
+        mib(s.embree_bytes),
+        mib(s.texture_bytes)
+    );
     println!("needs");
     for (name, flag, meaning) in Needs::describe() {
         if needs.contains(flag) {
@@ -82,7 +96,15 @@ fn picture(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     println!("picture    {}", path.display());
-    println!("pixels     {}x{} at {},{} of {}x{}", image.width, image.height, image.data_origin[0], image.data_origin[1], image.display_size[0], image.display_size[1]);
+    println!(
+        "pixels     {}x{} at {},{} of {}x{}",
+        image.width,
+        image.height,
+        image.data_origin[0],
+        image.data_origin[1],
+        image.display_size[0],
+        image.display_size[1]
+    );
     println!("channels   {}", channels.join(" "));
     for (name, value) in &image.attributes {
         println!("{name}: {}", text(value));

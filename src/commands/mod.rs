@@ -14,7 +14,9 @@ use std::process::ExitCode;
 /// A path tracer that learns where to spend its samples.
 #[derive(Debug, Parser)]
 #[command(name = "sparing", version = crate::VERSION, about, propagate_version = true)]
-#[command(after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted with the partial picture saved.")]
+#[command(
+    after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted with the partial picture saved."
+)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

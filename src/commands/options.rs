@@ -21,7 +21,9 @@ pub fn check_size(w: u32, h: u32) -> Result<(), String> {
         return Err(format!("a picture of {w}x{h} has no pixels"));
     }
     if w > MAX_SIDE || h > MAX_SIDE || u64::from(w) * u64::from(h) > MAX_PIXELS {
-        return Err(format!("a picture of {w}x{h} is too large: at most {MAX_SIDE} a side and {MAX_PIXELS} pixels"));
+        return Err(format!(
+            "a picture of {w}x{h} is too large: at most {MAX_SIDE} a side and {MAX_PIXELS} pixels"
+        ));
     }
     Ok(())
 }
@@ -48,7 +50,8 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
 pub fn duration(text: &str) -> Result<Duration, String> {
     let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(split);
-    let value: f64 = number.trim().parse().map_err(|_| format!("'{text}' is not a duration such as 30s or 5m"))?;
+    let value: f64 =
+        number.trim().parse().map_err(|_| format!("'{text}' is not a duration such as 30s or 5m"))?;
     let factor = match unit {
         "" | "s" => 1.0,
         "ms" => 1e-3,
@@ -56,7 +59,8 @@ pub fn duration(text: &str) -> Result<Duration, String> {
         "h" => 3600.0,
         _ => return Err(format!("'{unit}' is not a unit of time: use ms, s, m or h")),
     };
-    Duration::try_from_secs_f64(value * factor).map_err(|_| format!("'{text}' is not a duration that can be waited for"))
+    Duration::try_from_secs_f64(value * factor)
+        .map_err(|_| format!("'{text}' is not a duration that can be waited for"))
 }
 
 /// A number of samples per pixel.

@@ -15,7 +15,7 @@ use sparing_image::png::write_png;
 use sparing_render::integrator::Estimator;
 use sparing_render::{BuildOptions, Needs, RenderSettings, Renderer, Scene};
 use sparing_scene::SceneDescription;
-use sparing_scene::description::SamplerKind;
+use sparing_scene::description::{Projection, SamplerKind};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -146,7 +146,8 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
 
     let name = arguments.scene.display().to_string();
     let tev = arguments.tev.as_deref().map(|address| {
-        Tev::connect(address, &format!("sparing {name}")).with_context(|| format!("cannot reach a viewer at {address}"))
+        Tev::connect(address, &format!("sparing {name}"))
+            .with_context(|| format!("cannot reach a viewer at {address}"))
     });
     let mut observer = Observer::new(arguments.progress, tev.transpose()?);
     let mut film = Film::new(plan.size, plan.crop, plan.film);
@@ -155,7 +156,16 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     let outcome = pool.install(|| render(&renderer, &mut film, limits, &interrupt, &mut observer));
     observer.finish(outcome.stopped_by);
 
-    let statistics = statistics(&name, &plan, &scene, &film, &outcome, pool.current_num_threads(), load_seconds, build_seconds);
+    let statistics = statistics(
+        &name,
+        &plan,
+        &scene,
+        &film,
+        &outcome,
+        pool.current_num_threads(),
+        load_seconds,
+        build_seconds,
+    );
     save(&plan, &film, &statistics, arguments.exposure)?;
     if let Some(path) = &arguments.stats {
         write_stats(path, &statistics)?;
@@ -181,6 +191,7 @@ struct Plan {
     spp: u32,
     film: FilmOptions,
     settings: RenderSettings,
+    camera: Vec<(String, ExrAttribute)>,
 }
 
 impl Plan {
@@ -225,6 +236,7 @@ impl Plan {
             spp: a.spp.or(d.sampler.spp).unwrap_or(64),
             film: FilmOptions { auxiliary: a.layers, shapes: a.layers },
             settings,
+            camera: camera_attributes(d),
         })
     }
 }
@@ -232,7 +244,8 @@ impl Plan {
 fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<PathBuf>> {
     if a.output.is_empty() {
         let named = d.film.filename.as_ref().and_then(|f| Path::new(f).file_stem().map(PathBuf::from));
-        let stem = named.or_else(|| a.scene.file_stem().map(PathBuf::from)).unwrap_or_else(|| "render".into());
+        let stem =
+            named.or_else(|| a.scene.file_stem().map(PathBuf::from)).unwrap_or_else(|| "render".into());
         return Ok(vec![stem.with_extension("exr")]);
     }
     for path in &a.output {
@@ -308,20 +321,38 @@ fn attributes(plan: &Plan, s: &Statistics) -> Vec<(String, ExrAttribute)> {
     let text = |v: &str| ExrAttribute::String(v.to_owned());
     [
         ("software", text(&format!("Sparing {}", crate::VERSION))),
-        ("sparing:scene", text(&s.scene)),
-        ("sparing:policy", text(&s.policy)),
-        ("sparing:sampler", text(if plan.settings.sampler == SamplerKind::Sobol { "sobol" } else { "independent" })),
-        ("sparing:seed", text(&s.seed.to_string())),
-        ("sparing:maxDepth", ExrAttribute::Int(plan.settings.max_depth.try_into().unwrap_or(i32::MAX))),
-        ("sparing:spp", ExrAttribute::Int(plan.spp.try_into().unwrap_or(i32::MAX))),
-        ("sparing:averageSpp", ExrAttribute::Double(s.average_spp)),
-        ("sparing:renderSeconds", ExrAttribute::Double(s.render_seconds)),
-        ("sparing:invalidSamples", text(&s.invalid_samples.to_string())),
-        ("sparing:stoppedBy", text(stop_name(s.stopped_by))),
-        ("sparing:embree", text(&s.embree_version)),
+        ("sparing.scene", text(&s.scene)),
+        ("sparing.policy", text(&s.policy)),
+        (
+            "sparing.sampler",
+            text(if plan.settings.sampler == SamplerKind::Sobol { "sobol" } else { "independent" }),
+        ),
+        ("sparing.seed", text(&s.seed.to_string())),
+        ("sparing.maxDepth", ExrAttribute::Int(plan.settings.max_depth.try_into().unwrap_or(i32::MAX))),
+        ("sparing.spp", ExrAttribute::Int(plan.spp.try_into().unwrap_or(i32::MAX))),
+        ("sparing.averageSpp", ExrAttribute::Double(s.average_spp)),
+        ("sparing.renderSeconds", ExrAttribute::Double(s.render_seconds)),
+        ("sparing.stoppedBy", text(stop_name(s.stopped_by))),
+        ("sparing.embree", text(&s.embree_version)),
     ]
     .map(|(k, v)| (k.to_owned(), v))
-    .to_vec()
+    .into_iter()
+    .chain(plan.camera.clone())
+    .collect()
+}
+
+/// The camera by OpenEXR's standard names, and its optics by ours.
+fn camera_attributes(d: &SceneDescription) -> Vec<(String, ExrAttribute)> {
+    let c = &d.camera;
+    // OpenEXR multiplies row vectors: its rows are our columns.
+    let world_to_camera = c.camera_to_world.inverse().to_cols_array();
+    let mut list = vec![("worldToCamera".to_owned(), ExrAttribute::M44f(world_to_camera))];
+    if let Projection::Perspective { fov } = c.projection {
+        list.push(("sparing.fieldOfView".to_owned(), ExrAttribute::Float(fov)));
+    }
+    list.push(("sparing.lensRadius".to_owned(), ExrAttribute::Float(c.lens_radius)));
+    list.push(("sparing.focalDistance".to_owned(), ExrAttribute::Float(c.focal_distance)));
+    list
 }
 
 fn stop_name(s: StoppedBy) -> &'static str {
@@ -339,17 +370,22 @@ fn write_stats(path: &Path, s: &Statistics) -> anyhow::Result<()> {
         return Ok(());
     }
     let mut file = AtomicFile::create(path)?;
-    file.write_all(json.as_bytes()).and_then(|()| file.write_all(b"\n")).with_context(|| format!("cannot write {}", path.display()))?;
+    file.write_all(json.as_bytes())
+        .and_then(|()| file.write_all(b"\n"))
+        .with_context(|| format!("cannot write {}", path.display()))?;
     file.commit()?;
     Ok(())
 }
 
 fn report(plan: &Plan, s: &Statistics, arguments: &RenderArguments) {
     if s.invalid_samples > 0 {
-        let place = s.first_invalid.map_or(String::new(), |[x, y, n]| {
-            format!("; the first: --pixel {x},{y} --sample {n}")
-        });
-        eprintln!("warning: {} samples were not finite or negative and count as black{place}", s.invalid_samples);
+        let place = s
+            .first_invalid
+            .map_or(String::new(), |[x, y, n]| format!("; the first: --pixel {x},{y} --sample {n}"));
+        eprintln!(
+            "warning: {} samples were not finite or negative and count as black{place}",
+            s.invalid_samples
+        );
     }
     if arguments.progress == ProgressMode::None || arguments.progress == ProgressMode::Json {
         return;

@@ -84,8 +84,12 @@ pub fn render(
     let start = Instant::now();
     let pixels = u64::from(film.width()) * u64::from(film.height());
     let total = pixels * u64::from(limits.spp);
-    let mut outcome =
-        Outcome { layers: Vec::new(), rays: TraceStatistics::default(), stopped_by: StoppedBy::Spp, seconds: 0.0 };
+    let mut outcome = Outcome {
+        layers: Vec::new(),
+        rays: TraceStatistics::default(),
+        stopped_by: StoppedBy::Spp,
+        seconds: 0.0,
+    };
     let mut done = 0;
     for target in schedule(limits.spp) {
         let wave = Wave { target, ..Wave::default() };
@@ -96,7 +100,13 @@ pub fn render(
             let (wave, observer, finished) = (&wave, &*observer, &finished);
             scope.spawn(move || {
                 watch(wave, finished, interrupt, deadline, |samples| {
-                    observer.tick(&Progress { start, spp: target, active_pixels: pixels, done: done + samples, total });
+                    observer.tick(&Progress {
+                        start,
+                        spp: target,
+                        active_pixels: pixels,
+                        done: done + samples,
+                        total,
+                    });
                 });
             });
             let rays = renderer.run(film, wave, |_, _| true);

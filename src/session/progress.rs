@@ -107,11 +107,9 @@ impl Observer {
                 clock(p.start.elapsed().as_secs_f64())
             );
         }
-        if let Some(tev) = &mut self.tev {
-            if let Err(e) = tev.update(film) {
-                eprintln!("warning: the viewer is gone: {e}");
-                self.tev = None;
-            }
+        if let Some(Err(e)) = self.tev.as_mut().map(|tev| tev.update(film)) {
+            eprintln!("warning: the viewer is gone: {e}");
+            self.tev = None;
         }
     }
 

@@ -148,7 +148,9 @@ mod tests {
             rest = &rest[n..];
         }
         assert_eq!(packets.len(), 3, "one creation, two bands");
-        assert!(packets[0].starts_with(b"\x04\x01test\0\x0a\0\0\0\x46\0\0\0\x04\0\0\0R\0G\0B\0SampleCount.Y\0"));
+        assert!(
+            packets[0].starts_with(b"\x04\x01test\0\x0a\0\0\0\x46\0\0\0\x04\0\0\0R\0G\0B\0SampleCount.Y\0")
+        );
         assert!(packets[2].starts_with(b"\x06\0test\0\x04\0\0\0R\0"));
         let floats: Vec<f32> = packets[2][packets[2].len() - 16..]
             .chunks_exact(4)

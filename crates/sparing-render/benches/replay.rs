@@ -19,7 +19,8 @@ const SPP: u32 = 32;
 const RUNS: usize = 7;
 
 fn main() {
-    let paths: Vec<PathBuf> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).map(PathBuf::from).collect();
+    let paths: Vec<PathBuf> =
+        std::env::args().skip(1).filter(|a| !a.starts_with("--")).map(PathBuf::from).collect();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut scenes: Vec<(String, SceneDescription)> = Vec::new();
     for path in &paths {
@@ -85,7 +86,8 @@ fn measure(name: &str, scene: &Scene, settings: RenderSettings, threads: usize) 
     for _ in 0..RUNS {
         let mut f = film();
         let start = Instant::now();
-        let rays = pool.install(|| renderer.run(&mut f, &Wave { target: SPP, ..Wave::default() }, |_, _| true));
+        let rays =
+            pool.install(|| renderer.run(&mut f, &Wave { target: SPP, ..Wave::default() }, |_, _| true));
         let seconds = start.elapsed().as_secs_f64();
         let traced = rays.camera + rays.bounce + rays.shadow;
         assert_eq!(traced, recording.rays(), "the recording holds all rays");

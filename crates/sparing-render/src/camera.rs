@@ -144,7 +144,8 @@ mod tests {
     #[test]
     fn transforms_apply() {
         let mut camera = pinhole(60.0);
-        camera.camera_to_world = Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)) * Mat4::from_scale(Vec3::splat(5.0));
+        camera.camera_to_world =
+            Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)) * Mat4::from_scale(Vec3::splat(5.0));
         let ray = Camera::new(&camera, 10, 10).ray(5.0, 5.0, [0.0; 2]);
         assert!(ray.origin.abs_diff_eq(Vec3::new(1.0, 2.0, 3.0), 1e-6));
         assert!((ray.direction.length() - 1.0).abs() < 1e-6);

@@ -84,7 +84,11 @@ impl Axis {
     fn value(&self, x: f32) -> f32 {
         match self {
             Self::Box { radius } => {
-                if x.abs() <= *radius { 0.5 / radius } else { 0.0 }
+                if x.abs() <= *radius {
+                    0.5 / radius
+                } else {
+                    0.0
+                }
             }
             Self::Triangle { radius } => (1.0 - x.abs() / radius).max(0.0) / radius,
             Self::Table(t) => {
@@ -147,7 +151,8 @@ fn blackman_harris(x: f32) -> f32 {
 fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     let x = x.abs();
     if x <= 1.0 {
-        ((12.0 - 9.0 * b - 6.0 * c) * x.powi(3) + (-18.0 + 12.0 * b + 6.0 * c) * x * x + (6.0 - 2.0 * b)) / 6.0
+        ((12.0 - 9.0 * b - 6.0 * c) * x.powi(3) + (-18.0 + 12.0 * b + 6.0 * c) * x * x + (6.0 - 2.0 * b))
+            / 6.0
     } else if x <= 2.0 {
         ((-b - 6.0 * c) * x.powi(3)
             + (6.0 * b + 30.0 * c) * x * x

@@ -55,7 +55,11 @@ impl Needs {
     #[must_use]
     pub fn describe() -> Vec<(&'static str, Needs, &'static str)> {
         vec![
-            ("texture-coordinates", Self::TEXTURE_COORDINATES, "interpolating texture coordinates, texture look-ups"),
+            (
+                "texture-coordinates",
+                Self::TEXTURE_COORDINATES,
+                "interpolating texture coordinates, texture look-ups",
+            ),
             ("shading-normals", Self::SHADING_NORMALS, "interpolating vertex normals"),
             ("normal-maps", Self::NORMAL_MAPS, "normal and bump maps"),
             ("choice", Self::CHOICE, "random numbers that choose lobes and lights"),

@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 use sparing_image::picture::{Picture, PictureError, Pixels};
-use sparing_scene::description::{self as d, ColorInput, FloatInput, ImageSource, TextureEncoding, UvMapping, Wrap};
+use sparing_scene::description::{
+    self as d, ColorInput, FloatInput, ImageSource, TextureEncoding, UvMapping, Wrap,
+};
 use std::sync::Arc;
 
 /// A colour parameter after compilation.
@@ -117,11 +119,12 @@ impl Image {
         let y = wrap_coordinate(1.0 - uv[1], wrap) * h as f32 - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let at = |dx: i64, dy: i64| {
-            match (wrap_index(x0 as i64 + dx, w, wrap), wrap_index(y0 as i64 + dy, h, wrap)) {
-                (Some(x), Some(y)) => self.texel(x, y),
-                _ => Vec3::ZERO,
-            }
+        let at = |dx: i64, dy: i64| match (
+            wrap_index(x0 as i64 + dx, w, wrap),
+            wrap_index(y0 as i64 + dy, h, wrap),
+        ) {
+            (Some(x), Some(y)) => self.texel(x, y),
+            _ => Vec3::ZERO,
         };
         let top = at(0, 0) * (1.0 - fx) + at(1, 0) * fx;
         let bottom = at(0, 1) * (1.0 - fx) + at(1, 1) * fx;

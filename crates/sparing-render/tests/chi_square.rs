@@ -3,7 +3,9 @@
 
 use glam::{DVec3, Vec3};
 use sparing_render::materials::microfacet::Ggx;
-use sparing_render::materials::{Bsdf, CoatTable, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission};
+use sparing_render::materials::{
+    Bsdf, CoatTable, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission,
+};
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 use sparing_render::sampling;
 use testkit::chi_square::{Settings, test_directions};
@@ -86,9 +88,16 @@ fn sample_weights_agree_with_evaluation() {
                 }
                 let e = bsdf.eval(wo, s.wi);
                 let weight = e.f_cos / e.pdf;
-                let close = |a: f32, b: f32, tolerance: f32| (a - b).abs() <= tolerance * a.abs().max(b.abs()).max(1e-4);
+                let close = |a: f32, b: f32, tolerance: f32| {
+                    (a - b).abs() <= tolerance * a.abs().max(b.abs()).max(1e-4)
+                };
                 assert!(close(e.pdf, s.pdf, 0.03), "{name} wo {wo} wi {}: pdf {} {}", s.wi, e.pdf, s.pdf);
-                assert!((0..3).all(|k| close(weight[k], s.weight[k], 0.01)), "{name} wo {wo} wi {}: weight {weight} {}", s.wi, s.weight);
+                assert!(
+                    (0..3).all(|k| close(weight[k], s.weight[k], 0.01)),
+                    "{name} wo {wo} wi {}: weight {weight} {}",
+                    s.wi,
+                    s.weight
+                );
             }
         }
     }
@@ -131,14 +140,17 @@ fn area_samples_are_even() {
         let mut expected = vec![0.0; bins * bins];
         for (k, e) in expected.iter_mut().enumerate() {
             for i in 0..fine * fine {
-                let x = ((k % bins) as f64 + (i % fine) as f64 / fine as f64 + 0.5 / fine as f64) / bins as f64;
-                let y = ((k / bins) as f64 + (i / fine) as f64 / fine as f64 + 0.5 / fine as f64) / bins as f64;
+                let x =
+                    ((k % bins) as f64 + (i % fine) as f64 / fine as f64 + 0.5 / fine as f64) / bins as f64;
+                let y =
+                    ((k / bins) as f64 + (i / fine) as f64 / fine as f64 + 0.5 / fine as f64) / bins as f64;
                 *e += inside(x, y);
             }
         }
         let total: f64 = expected.iter().sum();
         expected.iter_mut().for_each(|e| *e *= n as f64 / total);
-        testkit::chi_square::compare(&observed, &expected, n as f64, 1e-6).unwrap_or_else(|e| panic!("{name}: {e}"));
+        testkit::chi_square::compare(&observed, &expected, n as f64, 1e-6)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
     };
     let disk = |uv: [f32; 2]| {
         let p = sampling::concentric_disk(uv);

@@ -7,7 +7,9 @@ use glam::{Mat4, Vec3};
 use sparing_render::RenderSettings;
 use sparing_render::integrator::Estimator;
 use sparing_scene::SceneDescription;
-use sparing_scene::description::{ColorInput, Conductor, FloatInput, Geometry, Light, MaterialKind, Projection, Roughness, SamplerKind};
+use sparing_scene::description::{
+    ColorInput, Conductor, FloatInput, Geometry, Light, MaterialKind, Projection, Roughness, SamplerKind,
+};
 
 /// An orthographic camera that looks straight down at the origin and sees next to nothing else.
 fn look_down(d: &mut SceneDescription, height: f32, window: f32) {
@@ -44,7 +46,10 @@ fn disk_light() {
         d.shapes = vec![shape(floor(1.0)), emitter(disk, radiance)];
         let (mean, error) = film_mean(&render(d, direct(estimator), 1024));
         let expected = f64::from(albedo * radiance * r * r / (r * r + h * h));
-        assert!((mean - expected).abs() < 4.0 * error + 2e-4 * expected, "{estimator:?}: {mean} +- {error}, {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 2e-4 * expected,
+            "{estimator:?}: {mean} +- {error}, {expected}"
+        );
     }
 }
 
@@ -59,7 +64,10 @@ fn sphere_light() {
         d.shapes = vec![shape(floor(1.0)), emitter(sphere, radiance)];
         let (mean, error) = film_mean(&render(d, direct(estimator), 1024));
         let expected = f64::from(albedo * radiance * (r / c).powi(2));
-        assert!((mean - expected).abs() < 4.0 * error + 2e-4 * expected, "{estimator:?}: {mean} +- {error}, {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 2e-4 * expected,
+            "{estimator:?}: {mean} +- {error}, {expected}"
+        );
     }
 }
 
@@ -73,7 +81,13 @@ fn other_lights() {
         ("point", Light::Point { position: Vec3::Y * 2.0, intensity: one * 8.0 }, albedo / pi * 2.0),
         (
             "spot",
-            Light::Spot { position: Vec3::Y * 2.0, direction: Vec3::NEG_Y, intensity: one * 8.0, cone_angle: 30.0, cone_delta: 5.0 },
+            Light::Spot {
+                position: Vec3::Y * 2.0,
+                direction: Vec3::NEG_Y,
+                intensity: one * 8.0,
+                cone_angle: 30.0,
+                cone_delta: 5.0,
+            },
             albedo / pi * 2.0,
         ),
         (
@@ -81,7 +95,11 @@ fn other_lights() {
             Light::Distant { direction: Vec3::new(1.0, -1.0, 0.0).normalize(), irradiance: one * 3.0 },
             albedo / pi * 3.0 / 2f32.sqrt(),
         ),
-        ("constant", Light::Environment { radiance: one * 2.0, image: None, light_to_world: glam::Mat3::IDENTITY }, albedo * 2.0),
+        (
+            "constant",
+            Light::Environment { radiance: one * 2.0, image: None, light_to_world: glam::Mat3::IDENTITY },
+            albedo * 2.0,
+        ),
     ];
     for (name, light, expected) in cases {
         let mut d = scene_with(vec![diffuse(albedo)]);
@@ -90,7 +108,10 @@ fn other_lights() {
         d.lights = vec![light];
         let (mean, error) = film_mean(&render(d, direct(Estimator::Mis), 256));
         let expected = f64::from(expected);
-        assert!((mean - expected).abs() < 4.0 * error + 3e-4 * expected, "{name}: {mean} +- {error}, {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 3e-4 * expected,
+            "{name}: {mean} +- {error}, {expected}"
+        );
     }
 }
 
@@ -108,7 +129,11 @@ fn estimators_agree_on_small_bright_and_large_dim_lights() {
         .map(|(seed, estimator)| {
             let mut d = scene_with(vec![glossy.clone()]);
             look_down(&mut d, 1.0, 1.0);
-            let small = Geometry::Sphere { center: Vec3::new(-1.0, 2.0, 0.0), radius: 0.05, axes: [Vec3::X, Vec3::Y, Vec3::Z] };
+            let small = Geometry::Sphere {
+                center: Vec3::new(-1.0, 2.0, 0.0),
+                radius: 0.05,
+                axes: [Vec3::X, Vec3::Y, Vec3::Z],
+            };
             let large = square(Vec3::new(1.0, 3.0, 0.0), Vec3::X * 1.5, Vec3::Z * 1.5);
             d.shapes = vec![shape(floor(1.0)), emitter(small, 400.0), emitter(large, 1.0)];
             let settings = RenderSettings {
@@ -141,15 +166,23 @@ fn the_same_picture_at_every_scale() {
                 m.positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) * scale + shift).to_array());
                 Geometry::Triangles(m)
             }
-            Geometry::Sphere { center, radius, axes } => Geometry::Sphere { center: center * scale + shift, radius: radius * scale, axes },
+            Geometry::Sphere { center, radius, axes } => {
+                Geometry::Sphere { center: center * scale + shift, radius: radius * scale, axes }
+            }
             other => other,
         };
         let mut room = shape(place(closed_box(2.0)));
         room.reverse_orientation = true;
-        let ball = Geometry::Sphere { center: Vec3::new(0.3, -0.8, 1.0), radius: 0.6, axes: [Vec3::X, Vec3::Y, Vec3::Z] };
+        let ball = Geometry::Sphere {
+            center: Vec3::new(0.3, -0.8, 1.0),
+            radius: 0.6,
+            axes: [Vec3::X, Vec3::Y, Vec3::Z],
+        };
         let lamp = square(Vec3::new(0.0, 1.9, 0.0), Vec3::X * 0.5, Vec3::Z * 0.5);
         d.shapes = vec![room, shape(place(ball)), emitter(place(lamp), 5.0)];
-        d.camera.camera_to_world = Mat4::from_translation(shift) * Mat4::from_scale(Vec3::splat(scale)) * Mat4::from_translation(Vec3::Z * -1.5);
+        d.camera.camera_to_world = Mat4::from_translation(shift)
+            * Mat4::from_scale(Vec3::splat(scale))
+            * Mat4::from_translation(Vec3::Z * -1.5);
         let settings = RenderSettings { max_depth: 6, ..RenderSettings::default() };
         film_mean(&render(d, settings, 256)).0
     };

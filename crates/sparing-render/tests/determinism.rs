@@ -53,9 +53,18 @@ fn picture(threads: usize, crop: [u32; 4], waves: &[u32]) -> Film {
 fn bits(film: &Film) -> Vec<Vec<u64>> {
     film.map(|t, i| {
         let (p, a) = (&t.pixels[i], &t.auxiliary[i]);
-        let mut v: Vec<u64> = p.blocks().flat_map(|(s, n)| s.to_array().map(f64::to_bits).into_iter().chain([u64::from(n)])).collect();
+        let mut v: Vec<u64> = p
+            .blocks()
+            .flat_map(|(s, n)| s.to_array().map(f64::to_bits).into_iter().chain([u64::from(n)]))
+            .collect();
         v.extend(p.squares().to_array().map(f64::to_bits));
-        v.extend([a.albedo, a.normal].iter().flat_map(|x| x.to_array()).chain([a.depth]).map(|x| u64::from(x.to_bits())));
+        v.extend(
+            [a.albedo, a.normal]
+                .iter()
+                .flat_map(|x| x.to_array())
+                .chain([a.depth])
+                .map(|x| u64::from(x.to_bits())),
+        );
         v.extend([u64::from(a.hits), u64::from(t.shapes[i].len())]);
         v
     })

@@ -3,7 +3,9 @@
 
 use glam::Vec3;
 use sparing_render::materials::microfacet::Ggx;
-use sparing_render::materials::{Bsdf, CoatTable, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use sparing_render::materials::{
+    Bsdf, CoatTable, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+};
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 
 /// Reflected share of uniform light: the mean of the sample weights. `radiance` undoes the 1/eta² of refraction.
@@ -23,7 +25,9 @@ fn albedo(bsdf: &Bsdf, wo: Vec3, refraction: f32) -> f32 {
 }
 
 fn angles() -> impl Iterator<Item = Vec3> {
-    [0.0f32, 0.4, 0.9, 1.3, 1.5, 1.56].into_iter().map(|t| Vec3::new(t.sin() * 0.6, t.sin() * 0.8, t.cos()).normalize())
+    [0.0f32, 0.4, 0.9, 1.3, 1.5, 1.56]
+        .into_iter()
+        .map(|t| Vec3::new(t.sin() * 0.6, t.sin() * 0.8, t.cos()).normalize())
 }
 
 fn alphas() -> [Ggx; 5] {
@@ -51,7 +55,12 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
             check("white metal", Bsdf::Conductor(metal), 1.0, if smooth { 0.99 } else { 0.28 });
             for eta in [1.5f32, 1.0 / 1.5, 1.0] {
                 let glass = Dielectric { eta, tint: Vec3::ONE, ggx };
-                check("glass", Bsdf::Dielectric(glass), eta * eta, if smooth || eta == 1.0 { 0.9998 } else { 0.25 });
+                check(
+                    "glass",
+                    Bsdf::Dielectric(glass),
+                    eta * eta,
+                    if smooth || eta == 1.0 { 0.9998 } else { 0.25 },
+                );
             }
             let plastic = coat.coat(Vec3::ONE, ggx);
             let lower = if ggx.is_anisotropic() { 0.95 } else { 0.98 };

@@ -28,7 +28,10 @@ fn closed_emitters_shine_with_one_over_one_minus_albedo() {
                 let expected = f64::from(1.0 / (1.0 - albedo));
                 // Five standard errors of independent samples: far more than Sobol points need.
                 let tolerance = 5.0 * error + 1e-3 * expected;
-                assert!((mean - expected).abs() < tolerance, "{name} albedo {albedo} {estimator:?}: {mean} +- {error}, expected {expected}");
+                assert!(
+                    (mean - expected).abs() < tolerance,
+                    "{name} albedo {albedo} {estimator:?}: {mean} +- {error}, expected {expected}"
+                );
             }
         }
     }

@@ -3,7 +3,9 @@
 
 use glam::{DVec3, Mat3, Vec3};
 use sparing_image::picture::{Picture, Pixels};
-use sparing_render::lights::{DiskLight, Emission, Environment, EnvironmentMap, FlatLight, Light, LightContext, LightTable, SphereLight};
+use sparing_render::lights::{
+    DiskLight, Emission, Environment, EnvironmentMap, FlatLight, Light, LightContext, LightTable, SphereLight,
+};
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 use sparing_render::sampling::Frame;
 use sparing_render::texture::{Color, Image, TextureTable};
@@ -20,7 +22,8 @@ fn meet(light: &Light, p: DVec3, w: DVec3) -> Option<(f64, f64)> {
             let q = p + w * t - o;
             let b = v.cross(n).dot(q) / v.cross(n).dot(u);
             let c = u.cross(n).dot(q) / u.cross(n).dot(v);
-            let inside = b >= 0.0 && c >= 0.0 && if l.parallelogram { b <= 1.0 && c <= 1.0 } else { b + c <= 1.0 };
+            let inside =
+                b >= 0.0 && c >= 0.0 && if l.parallelogram { b <= 1.0 && c <= 1.0 } else { b + c <= 1.0 };
             (t > 0.0 && inside).then(|| (t, (n.normalize().dot(w)).abs()))
         }
         Light::Disk(l) => {
@@ -47,10 +50,26 @@ fn shapes() {
     let context = LightContext { emissions: &emissions, textures: &textures };
     let flat = |parallelogram| {
         let (u, v) = (Vec3::new(1.0, 0.2, 0.0), Vec3::new(0.1, 0.3, 1.2));
-        Light::Flat(FlatLight::new(Vec3::new(-0.5, 0.8, -0.4), u, v, false, parallelogram, [[0.0; 2]; 3], 0).expect("has area"))
+        Light::Flat(
+            FlatLight::new(Vec3::new(-0.5, 0.8, -0.4), u, v, false, parallelogram, [[0.0; 2]; 3], 0)
+                .expect("has area"),
+        )
     };
-    let sphere = |center, radius| Light::Sphere(SphereLight { center, radius, axes: [Vec3::X, Vec3::Y, Vec3::Z], flip: false, emission: 0 });
-    let disk = DiskLight { center: Vec3::new(0.2, 0.3, 1.0), frame: Frame::from_z(Vec3::new(0.3, 0.1, -1.0).normalize()), radius: 0.8, emission: 0 };
+    let sphere = |center, radius| {
+        Light::Sphere(SphereLight {
+            center,
+            radius,
+            axes: [Vec3::X, Vec3::Y, Vec3::Z],
+            flip: false,
+            emission: 0,
+        })
+    };
+    let disk = DiskLight {
+        center: Vec3::new(0.2, 0.3, 1.0),
+        frame: Frame::from_z(Vec3::new(0.3, 0.1, -1.0).normalize()),
+        radius: 0.8,
+        emission: 0,
+    };
     let lights = [
         ("triangle", flat(false)),
         ("parallelogram", flat(true)),
@@ -66,7 +85,8 @@ fn shapes() {
         let sample = |i: usize| {
             let l = table.sample(p, 0.5, s.get_2d(i as u32, 0, Dimension::Light), &context)?;
             if i < 1000 {
-                let (t, cos) = meet(light, p.as_dvec3(), l.wi.as_dvec3()).unwrap_or((f64::from(l.distance), -1.0));
+                let (t, cos) =
+                    meet(light, p.as_dvec3(), l.wi.as_dvec3()).unwrap_or((f64::from(l.distance), -1.0));
                 assert!((t - f64::from(l.distance)).abs() < 1e-3 * t, "{name}: distance {} {t}", l.distance);
                 if cos > 0.05 {
                     let pdf = table.pdf_hit(0, p, l.distance, cos as f32);
@@ -127,9 +147,14 @@ fn environments() {
 #[test]
 fn no_light_is_out_of_reach() {
     let map = EnvironmentMap::new(sky(64, 32, |x, y| f32::from(u8::from((x, y) == (40, 20))))).expect("2:1");
-    let light = Light::Environment(Environment { radiance: Vec3::ONE, map: Some(map), light_to_world: Mat3::IDENTITY });
+    let light = Light::Environment(Environment {
+        radiance: Vec3::ONE,
+        map: Some(map),
+        light_to_world: Mat3::IDENTITY,
+    });
     let textures = TextureTable::default();
-    let table = LightTable::new(vec![light], &[0], 1.0, &LightContext { emissions: &[], textures: &textures });
+    let table =
+        LightTable::new(vec![light], &[0], 1.0, &LightContext { emissions: &[], textures: &textures });
     let s = PixelSampler::new(SamplerKind::Sobol, 0, 0, 0);
     let mut lit = 0;
     for i in 0..200_000 {

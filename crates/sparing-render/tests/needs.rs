@@ -10,7 +10,8 @@ use sparing_render::RenderSettings;
 use sparing_render::counters::{Counter, take};
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{
-    ColorInput, FloatInput, Geometry, Instance, Light, MaterialKind, ObjectDefinition, Texture, TextureId, TriangleMesh, UvMapping,
+    ColorInput, FloatInput, Geometry, Instance, Light, MaterialKind, ObjectDefinition, Texture, TextureId,
+    TriangleMesh, UvMapping,
 };
 
 const ALL: [Counter; 12] = [
@@ -48,7 +49,11 @@ fn plain() -> SceneDescription {
 
 fn checker(d: &mut SceneDescription) -> TextureId {
     let (even, odd) = (ColorInput::Constant(Vec3::splat(0.4)), ColorInput::Constant(Vec3::splat(0.6)));
-    d.textures.push(Texture::Checkerboard { mapping: UvMapping { scale: [8.0; 2], offset: [0.0; 2] }, even, odd });
+    d.textures.push(Texture::Checkerboard {
+        mapping: UvMapping { scale: [8.0; 2], offset: [0.0; 2] },
+        even,
+        odd,
+    });
     TextureId(d.textures.len() as u32 - 1)
 }
 
@@ -69,7 +74,11 @@ fn what_is_not_needed_does_not_run() {
     let mut d = plain();
     let t = checker(&mut d);
     d.materials[0].kind = MaterialKind::Diffuse { reflectance: ColorInput::Texture(t) };
-    assert_eq!(ran(d, none), [&[Counter::TextureLookup, Counter::TextureCoordinates][..], &base].concat(), "texture");
+    assert_eq!(
+        ran(d, none),
+        [&[Counter::TextureLookup, Counter::TextureCoordinates][..], &base].concat(),
+        "texture"
+    );
 
     let mut d = plain();
     let n = mesh(&mut d.shapes[0]).positions.len();
@@ -79,20 +88,34 @@ fn what_is_not_needed_does_not_run() {
     let mut d = plain();
     let t = checker(&mut d);
     d.materials[0].bump = Some(t);
-    let expected = [Counter::TextureLookup, Counter::TextureCoordinates, Counter::LightSample, Counter::LightPdf, Counter::NormalMap];
+    let expected = [
+        Counter::TextureLookup,
+        Counter::TextureCoordinates,
+        Counter::LightSample,
+        Counter::LightPdf,
+        Counter::NormalMap,
+    ];
     assert_eq!(ran(d, none), expected, "bump map");
 
     let mut d = plain();
     let t = checker(&mut d);
     d.shapes[2].alpha = Some(FloatInput::Texture(t));
-    assert_eq!(ran(d, none), [&[Counter::TextureLookup][..], &base, &[Counter::AlphaTest]].concat(), "cut-out");
+    assert_eq!(
+        ran(d, none),
+        [&[Counter::TextureLookup][..], &base, &[Counter::AlphaTest]].concat(),
+        "cut-out"
+    );
 
     let mut d = plain();
     d.camera.lens_radius = 0.1;
     assert_eq!(ran(d, none), [&base[..], &[Counter::Lens]].concat(), "depth of field");
 
     let mut d = plain();
-    d.lights.push(Light::Environment { radiance: Vec3::ONE, image: None, light_to_world: glam::Mat3::IDENTITY });
+    d.lights.push(Light::Environment {
+        radiance: Vec3::ONE,
+        image: None,
+        light_to_world: glam::Mat3::IDENTITY,
+    });
     let expected = [Counter::LightSample, Counter::LightPdf, Counter::Environment, Counter::Choice];
     assert_eq!(ran(d, none), expected, "environment: two lights to choose from");
 
@@ -111,6 +134,7 @@ fn what_is_not_needed_does_not_run() {
     // An instanced box: transforms are a need of their own.
     let mut d = plain();
     d.objects.push(ObjectDefinition { name: "box".into(), shapes: vec![shape(closed_box(0.3))] });
-    d.instances.push(Instance { object: 0, object_to_world: glam::Affine3A::from_translation(Vec3::Z * 2.0) });
+    d.instances
+        .push(Instance { object: 0, object_to_world: glam::Affine3A::from_translation(Vec3::Z * 2.0) });
     assert_eq!(ran(d, none), base, "instances");
 }

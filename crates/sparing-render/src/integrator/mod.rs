@@ -2,8 +2,8 @@
 //! packets of up to sixteen samples of one pixel, and the loop that fills a film with it.
 //!
 //! Camera rays and shadow rays of a packet go to Embree together, where they are coherent; bounces go one by
-//! one, since packets do not help them. The code is compiled for a few combinations of [`Needs`], chosen once
-//! per scene: see [`packet::select`].
+//! one, since packets do not help them. The code is compiled for a few combinations of
+//! [`Needs`](crate::Needs), chosen once per scene.
 
 mod packet;
 mod render;

@@ -1,7 +1,7 @@
 //! Paths of up to sixteen samples of one pixel, traced together.
 
-use super::shading::{Vertex, survival};
 use super::replay::Query;
+use super::shading::{Vertex, survival};
 use super::{Estimator, RenderSettings};
 use crate::counters::{Counter, count};
 use crate::materials::BsdfSample;
@@ -122,7 +122,10 @@ fn trace_packet<const NEEDS: u32>(
 ) -> TraceStatistics {
     let needs = Needs::from_bits_retain(NEEDS);
     let (scene, settings) = (packet.scene, packet.settings);
-    let (x, y) = (tile.x0 + index as u32 % sparing_image::film::TILE, tile.y0 + index as u32 / sparing_image::film::TILE);
+    let (x, y) = (
+        tile.x0 + index as u32 % sparing_image::film::TILE,
+        tile.y0 + index as u32 / sparing_image::film::TILE,
+    );
     let sampler = PixelSampler::new(settings.sampler, settings.seed, x, y);
     let mut statistics = TraceStatistics { camera: n as u64, ..TraceStatistics::default() };
 
@@ -244,7 +247,9 @@ fn trace_packet<const NEEDS: u32>(
                 }
                 count(Counter::LightSample);
                 let u = [light_u[0][lane], light_u[1][lane]];
-                let Some(light) = scene.lights.sample(point.p, choice_u[1][lane], u, &context) else { continue };
+                let Some(light) = scene.lights.sample(point.p, choice_u[1][lane], u, &context) else {
+                    continue;
+                };
                 let wi = vertex.frame.to_local(light.wi);
                 if !vertex.is_consistent(light.wi, wi) {
                     continue;
@@ -336,7 +341,11 @@ fn nearly_unit(v: Vec3) -> Vec3 {
 
 /// Weight of emission that a path found by chance, having sampled its direction with density `bsdf_pdf`.
 #[inline]
-fn hit_weight<const NEEDS: u32>(settings: &RenderSettings, bsdf_pdf: f32, light_pdf: impl FnOnce() -> f32) -> f32 {
+fn hit_weight<const NEEDS: u32>(
+    settings: &RenderSettings,
+    bsdf_pdf: f32,
+    light_pdf: impl FnOnce() -> f32,
+) -> f32 {
     if !Needs::from_bits_retain(NEEDS).contains(Needs::MIS) || bsdf_pdf == f32::INFINITY {
         return 1.0; // light sampling cannot find it
     }

@@ -1,7 +1,7 @@
 //! Filling a film: waves of samples over tiles, in parallel.
 
-use super::packet::{PACKET, Packet, TracePacket, TraceStatistics, select};
 use super::RenderSettings;
+use super::packet::{PACKET, Packet, TracePacket, TraceStatistics, select};
 use crate::needs::Needs;
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -62,16 +62,21 @@ impl<'a> Renderer<'a> {
         wave: &Wave,
         active: impl Fn(&Tile, usize) -> bool + Sync,
     ) -> TraceStatistics {
-        film.tiles
-            .par_iter_mut()
-            .map(|tile| self.run_tile(tile, wave, &active))
-            .reduce(TraceStatistics::default, |mut a, b| {
+        film.tiles.par_iter_mut().map(|tile| self.run_tile(tile, wave, &active)).reduce(
+            TraceStatistics::default,
+            |mut a, b| {
                 a += b;
                 a
-            })
+            },
+        )
     }
 
-    fn run_tile(&self, tile: &mut Tile, wave: &Wave, active: &impl Fn(&Tile, usize) -> bool) -> TraceStatistics {
+    fn run_tile(
+        &self,
+        tile: &mut Tile,
+        wave: &Wave,
+        active: &impl Fn(&Tile, usize) -> bool,
+    ) -> TraceStatistics {
         let mut statistics = TraceStatistics::default();
         let mut samples = 0;
         for y in 0..tile.height {

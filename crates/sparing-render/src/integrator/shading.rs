@@ -23,8 +23,12 @@ pub(super) struct Vertex {
 
 impl Vertex {
     /// A place holder.
-    pub const NONE: Self =
-        Self { frame: Frame { x: Vec3::X, y: Vec3::Y, z: Vec3::Z }, bsdf: Bsdf::Interface, wo: Vec3::Z, ng: Vec3::Z };
+    pub const NONE: Self = Self {
+        frame: Frame { x: Vec3::X, y: Vec3::Y, z: Vec3::Z },
+        bsdf: Bsdf::Interface,
+        wo: Vec3::Z,
+        ng: Vec3::Z,
+    };
 }
 
 /// Cosine to which shading normals are bent towards the viewer where they point away.

@@ -74,7 +74,9 @@ mod tests {
 
     #[test]
     fn frequencies_follow_the_weights() {
-        for weights in [vec![1.0], vec![1.0, 0.0, 3.0], vec![0.1, 0.2, 0.3, 0.4, 5.0, 1e-3], vec![0.0, 1e-12, 1e12]] {
+        for weights in
+            [vec![1.0], vec![1.0, 0.0, 3.0], vec![0.1, 0.2, 0.3, 0.4, 5.0, 1e-3], vec![0.0, 1e-12, 1e12]]
+        {
             let t = AliasTable::new(&weights);
             let n = 1_000_000;
             let mut counts = vec![0u32; weights.len()];

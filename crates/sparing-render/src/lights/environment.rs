@@ -78,7 +78,11 @@ impl EnvironmentMap {
         let total: f64 = weights.iter().sum();
         let solid: f64 = (0..h)
             .map(|y| {
-                if mapping == Mapping::LatLong { ((f64::from(y) + 0.5) * std::f64::consts::PI / f64::from(h)).sin() } else { 1.0 }
+                if mapping == Mapping::LatLong {
+                    ((f64::from(y) + 0.5) * std::f64::consts::PI / f64::from(h)).sin()
+                } else {
+                    1.0
+                }
             })
             .sum::<f64>()
             * f64::from(w);
@@ -96,7 +100,10 @@ impl EnvironmentMap {
         let wrap = if self.mapping == Mapping::LatLong { Wrap::Repeat } else { Wrap::Clamp };
         clean(match wrap {
             // Longitude wraps round, latitude does not.
-            Wrap::Repeat => self.image.bilinear([u, 1.0 - v.clamp(0.5 / self.image.height() as f32, 1.0 - 0.5 / self.image.height() as f32)], wrap),
+            Wrap::Repeat => self.image.bilinear(
+                [u, 1.0 - v.clamp(0.5 / self.image.height() as f32, 1.0 - 0.5 / self.image.height() as f32)],
+                wrap,
+            ),
             _ => self.image.bilinear([u, 1.0 - v], wrap),
         })
     }
@@ -218,7 +225,10 @@ impl Distribution {
         let (y, v) = invert(&self.marginal, u[1]);
         let row = self.row(y);
         let (x, h) = invert(row, u[0]);
-        let density = (self.marginal[y + 1] - self.marginal[y]) * self.height as f32 * (row[x + 1] - row[x]) * self.width as f32;
+        let density = (self.marginal[y + 1] - self.marginal[y])
+            * self.height as f32
+            * (row[x + 1] - row[x])
+            * self.width as f32;
         ([(x as f32 + h) / self.width as f32, (y as f32 + v) / self.height as f32], density)
     }
 
@@ -226,7 +236,10 @@ impl Distribution {
         let x = ((uv[0] * self.width as f32) as usize).min(self.width - 1);
         let y = ((uv[1] * self.height as f32) as usize).min(self.height - 1);
         let row = self.row(y);
-        (self.marginal[y + 1] - self.marginal[y]) * self.height as f32 * (row[x + 1] - row[x]) * self.width as f32
+        (self.marginal[y + 1] - self.marginal[y])
+            * self.height as f32
+            * (row[x + 1] - row[x])
+            * self.width as f32
     }
 }
 

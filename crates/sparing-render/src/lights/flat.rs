@@ -41,8 +41,16 @@ impl FlatLight {
         let length = n.length();
         let area = if parallelogram { length } else { 0.5 * length };
         let (normal, inv_area) = (if flip { -n } else { n } / length, 1.0 / area);
-        (normal.is_finite() && inv_area.is_finite() && inv_area > 0.0)
-            .then_some(Self { corner, edge_u, edge_v, normal, parallelogram, uvs, emission, inv_area })
+        (normal.is_finite() && inv_area.is_finite() && inv_area > 0.0).then_some(Self {
+            corner,
+            edge_u,
+            edge_v,
+            normal,
+            parallelogram,
+            uvs,
+            emission,
+            inv_area,
+        })
     }
 
     #[inline]
@@ -58,7 +66,9 @@ impl FlatLight {
             return None;
         }
         let pdf = self.pdf(distance, cos.abs());
-        let at = |k: usize| self.uvs[0][k] + a * (self.uvs[1][k] - self.uvs[0][k]) + b * (self.uvs[2][k] - self.uvs[0][k]);
+        let at = |k: usize| {
+            self.uvs[0][k] + a * (self.uvs[1][k] - self.uvs[0][k]) + b * (self.uvs[2][k] - self.uvs[0][k])
+        };
         let radiance = emission.radiance(context.textures, [at(0), at(1)]);
         (pdf.is_finite() && pdf > 0.0).then_some(LightSample { wi, distance, radiance, pdf, is_delta: false })
     }

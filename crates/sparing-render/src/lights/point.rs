@@ -126,7 +126,9 @@ mod tests {
         assert!((l.falloff((start + end) / 2.0) - 0.5).abs() < 1e-6);
         let n = 100_000;
         let integral: f32 =
-            (0..n).map(|i| l.falloff(1.0 - 2.0 * (i as f32 + 0.5) / n as f32)).sum::<f32>() * 2.0 / n as f32 * 2.0 * PI;
+            (0..n).map(|i| l.falloff(1.0 - 2.0 * (i as f32 + 0.5) / n as f32)).sum::<f32>() * 2.0 / n as f32
+                * 2.0
+                * PI;
         assert!((integral / l.power() - 1.0).abs() < 1e-2, "{integral} {}", l.power());
     }
 }

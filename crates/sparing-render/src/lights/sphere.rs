@@ -59,10 +59,12 @@ impl SphereLight {
             (wi, distance, distance * distance / (4.0 * PI * self.radius * self.radius * cos), normal)
         };
         let outside = normal.dot(wi) < 0.0;
-        if !(emission.two_sided || outside != self.flip) || !(pdf.is_finite() && pdf > 0.0 && distance > 0.0) {
+        if !(emission.two_sided || outside != self.flip) || !(pdf.is_finite() && pdf > 0.0 && distance > 0.0)
+        {
             return None;
         }
-        let radiance = emission.radiance(context.textures, crate::scene::surface::sphere_uv(normal, &self.axes));
+        let radiance =
+            emission.radiance(context.textures, crate::scene::surface::sphere_uv(normal, &self.axes));
         Some(LightSample { wi, distance, radiance, pdf, is_delta: false })
     }
 

@@ -53,7 +53,10 @@ impl CoatTable {
     /// Integrates the coat of index `eta`; some milliseconds.
     #[must_use]
     pub fn new(eta: f32) -> Self {
-        Self { eta, rows: Box::new(std::array::from_fn(|i| CoatRow::new(eta, i as f32 / (ALPHAS - 1) as f32))) }
+        Self {
+            eta,
+            rows: Box::new(std::array::from_fn(|i| CoatRow::new(eta, i as f32 / (ALPHAS - 1) as f32))),
+        }
     }
 
     /// The row of a roughness, interpolated; anisotropic coats go by their mean.
@@ -83,7 +86,11 @@ impl CoatRow {
         let ggx = Ggx::new(alpha, alpha);
         let cos = |i: usize| ((i as f32) / (COSINES - 1) as f32).powi(2);
         let correction = std::array::from_fn(|i| {
-            if ggx.is_smooth() { 0.0 } else { coat_albedo(eta, &ggx, cos(i).max(1e-4)) - fresnel::dielectric(cos(i), eta).0 }
+            if ggx.is_smooth() {
+                0.0
+            } else {
+                coat_albedo(eta, &ggx, cos(i).max(1e-4)) - fresnel::dielectric(cos(i), eta).0
+            }
         });
         let mut row = Self { correction, inv_mean: 0.0, internal: 0.0 };
         // T' = 2 * the integral of T(c) c dc, with c = s².
@@ -122,7 +129,11 @@ fn coat_albedo(eta: f32, ggx: &Ggx, cos: f32) -> f32 {
             let wm = ggx.sample(wo, sampler.get_2d(i, 0, Dimension::Bsdf));
             let c = wo.dot(wm);
             let wi = 2.0 * c * wm - wo;
-            if wi.z <= 0.0 || c <= 0.0 { 0.0 } else { fresnel::dielectric(c, eta).0 * ggx.g2(wo, wi) / ggx.g1(wo) }
+            if wi.z <= 0.0 || c <= 0.0 {
+                0.0
+            } else {
+                fresnel::dielectric(c, eta).0 * ggx.g2(wo, wi) / ggx.g1(wo)
+            }
         })
         .sum();
     sum / n as f32

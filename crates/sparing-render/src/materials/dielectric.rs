@@ -37,8 +37,8 @@ impl Dielectric {
         } else {
             let s = wi.dot(wm) + wo.dot(wm) / self.eta;
             let jacobian = wi.dot(wm).abs() / (s * s);
-            let f_cos = self.tint
-                * ((1.0 - f) * d * g2 * jacobian * wo.dot(wm) / (wo.z * self.eta * self.eta));
+            let f_cos =
+                self.tint * ((1.0 - f) * d * g2 * jacobian * wo.dot(wm) / (wo.z * self.eta * self.eta));
             Evaluation { f_cos, pdf: (1.0 - f) * self.ggx.visible_d(wo, wm) * jacobian }
         }
     }
@@ -53,7 +53,8 @@ impl Dielectric {
         }
         let (f, cos_t) = fresnel::dielectric(cos_o, self.eta);
         let reflect = lobe < f;
-        let wi = if reflect { 2.0 * cos_o * wm - wo } else { (cos_o / self.eta - cos_t) * wm - wo / self.eta };
+        let wi =
+            if reflect { 2.0 * cos_o * wm - wo } else { (cos_o / self.eta - cos_t) * wm - wo / self.eta };
         if (wi.z > 0.0) != reflect || wi.z == 0.0 {
             return None;
         }

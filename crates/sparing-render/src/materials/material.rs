@@ -2,9 +2,9 @@
 
 use super::coated_diffuse::CoatTable;
 use super::{Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use crate::materials::microfacet::Ggx;
 use crate::needs::Needs;
 use crate::texture::{Color, Scalar, TextureTable};
-use crate::materials::microfacet::Ggx;
 use glam::Vec3;
 use sparing_scene::description::{self as d, MaterialKind};
 use std::sync::Arc;
@@ -35,11 +35,28 @@ enum Model {
     /// Nothing varies: seen from the front, from the back.
     Fixed([Bsdf; 2]),
     Diffuse(Color),
-    Conductor { substance: Substance, roughness: Roughness },
-    Dielectric { eta: f32, tint: Color, roughness: Roughness },
-    CoatedDiffuse { reflectance: Color, coat: Arc<CoatTable>, roughness: Roughness },
-    DiffuseTransmission { reflectance: Color, transmittance: Color },
-    Mix { materials: [u32; 2], amount: Scalar },
+    Conductor {
+        substance: Substance,
+        roughness: Roughness,
+    },
+    Dielectric {
+        eta: f32,
+        tint: Color,
+        roughness: Roughness,
+    },
+    CoatedDiffuse {
+        reflectance: Color,
+        coat: Arc<CoatTable>,
+        roughness: Roughness,
+    },
+    DiffuseTransmission {
+        reflectance: Color,
+        transmittance: Color,
+    },
+    Mix {
+        materials: [u32; 2],
+        amount: Scalar,
+    },
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -201,11 +218,8 @@ impl Material {
 
 impl Model {
     fn new(kind: &MaterialKind, textures: &TextureTable, coats: &mut Coats) -> Self {
-        let roughness = |r: &d::Roughness| Roughness {
-            u: textures.scalar(r.u),
-            v: textures.scalar(r.v),
-            remap: r.remap,
-        };
+        let roughness =
+            |r: &d::Roughness| Roughness { u: textures.scalar(r.u), v: textures.scalar(r.v), remap: r.remap };
         let color = |c: &d::ColorInput| textures.color(*c);
         let fixed = |c: Color| matches!(c, Color::Constant(_));
         let (model, is_fixed) = match kind {
@@ -291,7 +305,10 @@ impl Model {
             Self::DiffuseTransmission { reflectance, transmittance } => {
                 let (r, t) = (albedo(*reflectance), albedo(*transmittance));
                 let excess = (r + t).max(Vec3::ONE); // never more than all of the light
-                Bsdf::DiffuseTransmission(DiffuseTransmission { reflectance: r / excess, transmittance: t / excess })
+                Bsdf::DiffuseTransmission(DiffuseTransmission {
+                    reflectance: r / excess,
+                    transmittance: t / excess,
+                })
             }
             Self::Mix { .. } => Bsdf::Interface, // resolved by MaterialTable::bsdf
         }

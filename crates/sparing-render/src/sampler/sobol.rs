@@ -103,7 +103,8 @@ mod tests {
             for m in 0..=12u32 {
                 let n = 1u32 << m;
                 for block in 0..2 {
-                    let points: Vec<_> = (block * n..(block + 1) * n).map(|i| owen_sobol_2d(i, seed)).collect();
+                    let points: Vec<_> =
+                        (block * n..(block + 1) * n).map(|i| owen_sobol_2d(i, seed)).collect();
                     for k in 0..=m {
                         let mut seen = vec![false; n as usize];
                         for [x, y] in &points {

@@ -248,7 +248,8 @@ impl Parts<'_> {
     where
         [u32; N]: embree4::Element,
     {
-        self.needs.set(Needs::SHADING_NORMALS, self.needs.contains(Needs::SHADING_NORMALS) || normals.is_some());
+        self.needs
+            .set(Needs::SHADING_NORMALS, self.needs.contains(Needs::SHADING_NORMALS) || normals.is_some());
         let count = |n: usize, each: usize| (n * each) as u64;
         self.statistics.geometry_bytes += count(positions.len(), 12)
             + count(indices.len(), 4 * N)
@@ -360,8 +361,10 @@ fn collect_lights(
     }
     for instance in instances {
         let Some((first, end)) = objects.iter().find(|o| o.0 == instance.first_shape) else { continue };
-        let lights: Result<Vec<_>, _> =
-            shapes[*first as usize..*end as usize].iter().map(|s| builder.add_shape(s, Some(instance), context.emissions)).collect();
+        let lights: Result<Vec<_>, _> = shapes[*first as usize..*end as usize]
+            .iter()
+            .map(|s| builder.add_shape(s, Some(instance), context.emissions))
+            .collect();
         instance.lights = lights?;
     }
     let b = embree.bounds();
@@ -370,7 +373,12 @@ fn collect_lights(
     Ok(LightTable::new(builder.lights, &builder.groups, radius, context))
 }
 
-fn light_needs(lights: &LightTable, emissions: &[Emission], shapes: &[ShapeRecord], materials: &MaterialTable) -> Needs {
+fn light_needs(
+    lights: &LightTable,
+    emissions: &[Emission],
+    shapes: &[ShapeRecord],
+    materials: &MaterialTable,
+) -> Needs {
     let mut needs = Needs::empty();
     let environment = lights.lights().iter().any(|l| matches!(l, crate::lights::Light::Environment(_)));
     needs.set(Needs::ENVIRONMENT, environment);

@@ -3,7 +3,8 @@
 use super::surface::{FaceLights, ShapeGeometry, ShapeRecord};
 use super::{BuildError, InstanceRecord};
 use crate::lights::{
-    DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, Light, PointLight, SphereLight, SpotLight,
+    DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, Light, PointLight,
+    SphereLight, SpotLight,
 };
 use crate::sampling::Frame;
 use crate::texture::{Color, Image};
@@ -42,9 +43,10 @@ impl LightBuilder {
                     cos_end: cone_angle.to_radians().cos(),
                 })
             }
-            d::Light::Distant { direction, irradiance } => {
-                Light::Distant(DistantLight { towards: -direction.normalize_or(Vec3::NEG_Y), irradiance: *irradiance })
-            }
+            d::Light::Distant { direction, irradiance } => Light::Distant(DistantLight {
+                towards: -direction.normalize_or(Vec3::NEG_Y),
+                irradiance: *irradiance,
+            }),
             d::Light::Environment { radiance, image, light_to_world } => {
                 let map = match image.and_then(|i| images[i.0 as usize].clone()) {
                     None => None,
@@ -79,16 +81,18 @@ impl LightBuilder {
         let flip = shape.flip != mirrored;
         let lights = match &shape.geometry {
             ShapeGeometry::Triangles(mesh) => {
-                let faces: Vec<Face> = mesh
-                    .indices
-                    .iter()
-                    .map(|f| {
-                        let uvs = mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], |uvs| f.map(|i| uvs[i as usize]));
-                        let p = f.map(|i| place(Vec3::from(mesh.positions[i as usize])));
-                        let turned = against_normals(&p, mesh.normals.as_deref(), f, instance);
-                        Face { p, uvs, flip: turned.unwrap_or(mirrored) != shape.flip }
-                    })
-                    .collect();
+                let faces: Vec<Face> =
+                    mesh.indices
+                        .iter()
+                        .map(|f| {
+                            let uvs = mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], |uvs| {
+                                f.map(|i| uvs[i as usize])
+                            });
+                            let p = f.map(|i| place(Vec3::from(mesh.positions[i as usize])));
+                            let turned = against_normals(&p, mesh.normals.as_deref(), f, instance);
+                            Face { p, uvs, flip: turned.unwrap_or(mirrored) != shape.flip }
+                        })
+                        .collect();
                 let textured = matches!(emissions[emission as usize].radiance, Color::Texture(_));
                 self.add_triangles(&faces, emission, textured)
             }
@@ -96,14 +100,28 @@ impl LightBuilder {
                 let mut lights = Vec::with_capacity(mesh.indices.len());
                 for f in mesh.indices.iter() {
                     let p = f.map(|i| place(Vec3::from(mesh.positions[i as usize])));
-                    let uvs = mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], |uvs| f.map(|i| uvs[i as usize]));
+                    let uvs =
+                        mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], |uvs| {
+                            f.map(|i| uvs[i as usize])
+                        });
                     if !is_parallelogram(&p) {
-                        return Err(BuildError::Invalid("an emitting quad must be a parallelogram; split it into triangles".into()));
+                        return Err(BuildError::Invalid(
+                            "an emitting quad must be a parallelogram; split it into triangles".into(),
+                        ));
                     }
                     let corner = [p[0], p[1], p[3]];
-                    let turned = against_normals(&corner, mesh.normals.as_deref(), &[f[0], f[1], f[3]], instance);
+                    let turned =
+                        against_normals(&corner, mesh.normals.as_deref(), &[f[0], f[1], f[3]], instance);
                     let flip = turned.unwrap_or(mirrored) != shape.flip;
-                    let light = FlatLight::new(p[0], p[1] - p[0], p[3] - p[0], flip, true, [uvs[0], uvs[1], uvs[3]], emission);
+                    let light = FlatLight::new(
+                        p[0],
+                        p[1] - p[0],
+                        p[3] - p[0],
+                        flip,
+                        true,
+                        [uvs[0], uvs[1], uvs[3]],
+                        emission,
+                    );
                     lights.push(light.map_or(u32::MAX, |l| self.push(Light::Flat(l))));
                 }
                 lights
@@ -111,7 +129,13 @@ impl LightBuilder {
             ShapeGeometry::Sphere { center, radius, axes } => {
                 let (scale, rotation) = similarity(instance)?;
                 let axes = axes.map(|a| rotation * a);
-                let light = SphereLight { center: place(*center), radius: radius * scale, axes, flip: shape.flip, emission };
+                let light = SphereLight {
+                    center: place(*center),
+                    radius: radius * scale,
+                    axes,
+                    flip: shape.flip,
+                    emission,
+                };
                 vec![self.push(Light::Sphere(light))]
             }
             ShapeGeometry::Disk { center, normal, tangent, radius } => {
@@ -119,7 +143,12 @@ impl LightBuilder {
                 let (normal, tangent) = (rotation * *normal, rotation * *tangent);
                 let z = if flip { -normal } else { normal };
                 let frame = Frame { x: tangent, y: normal.cross(tangent), z };
-                vec![self.push(Light::Disk(DiskLight { center: place(*center), frame, radius: radius * scale, emission }))]
+                vec![self.push(Light::Disk(DiskLight {
+                    center: place(*center),
+                    frame,
+                    radius: radius * scale,
+                    emission,
+                }))]
             }
         };
         self.sources += 1;
@@ -131,7 +160,9 @@ impl LightBuilder {
         let mut lights = Vec::with_capacity(faces.len());
         while lights.len() < faces.len() {
             let face = &faces[lights.len()];
-            if let Some(light) = faces.get(lights.len() + 1).and_then(|next| parallelogram(face, next, emission, textured)) {
+            if let Some(light) =
+                faces.get(lights.len() + 1).and_then(|next| parallelogram(face, next, emission, textured))
+            {
                 let id = self.push(Light::Flat(light));
                 lights.extend([id, id]);
                 continue;
@@ -160,7 +191,9 @@ fn parallelogram(first: &Face, second: &Face, emission: u32, textured: bool) -> 
     let uv_closes = !textured
         || second.uvs[0] == first.uvs[0]
             && second.uvs[1] == first.uvs[2]
-            && (0..2).all(|k| (first.uvs[1][k] + second.uvs[2][k] - first.uvs[0][k] - first.uvs[2][k]).abs() <= 1e-5);
+            && (0..2).all(|k| {
+                (first.uvs[1][k] + second.uvs[2][k] - first.uvs[0][k] - first.uvs[2][k]).abs() <= 1e-5
+            });
     let uvs = [first.uvs[0], first.uvs[1], second.uvs[2]];
     uv_closes.then(|| FlatLight::new(a, b - a, second.p[2] - a, first.flip, true, uvs, emission)).flatten()
 }
@@ -171,7 +204,12 @@ fn is_parallelogram(p: &[Vec3; 4]) -> bool {
 }
 
 /// Whether the winding of a face disagrees with its vertex normals; `None` without normals.
-fn against_normals(p: &[Vec3; 3], normals: Option<&[[f32; 3]]>, face: &[u32; 3], instance: Option<&InstanceRecord>) -> Option<bool> {
+fn against_normals(
+    p: &[Vec3; 3],
+    normals: Option<&[[f32; 3]]>,
+    face: &[u32; 3],
+    instance: Option<&InstanceRecord>,
+) -> Option<bool> {
     let normals = normals?;
     let sum: Vec3 = face.iter().map(|i| Vec3::from(normals[*i as usize])).sum();
     let sum = instance.map_or(sum, |i| Vec3::from(i.normal_to_world * glam::Vec3A::from(sum)));
@@ -186,7 +224,9 @@ fn similarity(instance: Option<&InstanceRecord>) -> Result<(f32, glam::Mat3), Bu
     let scale = m.x_axis.length();
     let r = m * (1.0 / scale);
     if !(r.transpose() * r).abs_diff_eq(glam::Mat3::IDENTITY, 1e-3) {
-        return Err(BuildError::Invalid("an emitting sphere or disk cannot be placed with shear or uneven scale".into()));
+        return Err(BuildError::Invalid(
+            "an emitting sphere or disk cannot be placed with shear or uneven scale".into(),
+        ));
     }
     Ok((scale, r))
 }

@@ -189,7 +189,13 @@ impl Scene {
             ShapeGeometry::Quads(mesh) => {
                 let [a, b, c, d] = mesh.indices[hit.face as usize];
                 if hit.u + hit.v <= 1.0 {
-                    mesh.triangle::<NEEDS>([a, b, d], [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], hit.u, hit.v, instance)
+                    mesh.triangle::<NEEDS>(
+                        [a, b, d],
+                        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+                        hit.u,
+                        hit.v,
+                        instance,
+                    )
                 } else {
                     let uvs = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
                     mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, instance)
@@ -199,7 +205,9 @@ impl Scene {
                 round_point(origin, direction, t, instance, |p| sphere_point(p, *center, *radius, axes))
             }
             ShapeGeometry::Disk { center, normal, tangent, radius } => {
-                round_point(origin, direction, t, instance, |p| disk_point(p, *center, *normal, *tangent, *radius))
+                round_point(origin, direction, t, instance, |p| {
+                    disk_point(p, *center, *normal, *tangent, *radius)
+                })
             }
         };
         if shape.flip {
@@ -227,10 +235,9 @@ where
     ) -> SurfacePoint {
         let needs = Needs::from_bits_retain(NEEDS);
         let mut p = corners.map(|i| Vec3::from(self.positions[i as usize]));
-        if needs.contains(Needs::INSTANCES) {
-            if let Some(i) = instance {
-                p = p.map(|p| i.object_to_world.transform_point3(p));
-            }
+        let instance = instance.filter(|_| needs.contains(Needs::INSTANCES));
+        if let Some(i) = instance {
+            p = p.map(|p| i.object_to_world.transform_point3(p));
         }
         let w = 1.0 - u - v;
         let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
@@ -238,28 +245,24 @@ where
         let position = p[0] * w + p[1] * u + p[2] * v;
         let largest = p[0].abs().max(p[1].abs()).max(p[2].abs()).max_element();
         let mut offset = largest * OFFSET_SCALE;
-        if needs.contains(Needs::INSTANCES) {
-            if let Some(i) = instance {
-                ng *= i.handedness;
-                offset = offset.max(i.magnitude * OFFSET_SCALE);
-            }
+        if let Some(i) = instance {
+            ng *= i.handedness;
+            offset = offset.max(i.magnitude * OFFSET_SCALE);
         }
         let mut ns = ng;
-        if needs.contains(Needs::SHADING_NORMALS) {
-            if let Some(normals) = &self.normals {
-                count(Counter::ShadingNormal);
-                let n = corners.map(|i| Vec3::from(normals[i as usize]));
-                let mut n = n[0] * w + n[1] * u + n[2] * v;
-                if let Some(i) = instance {
-                    n = Vec3::from(i.normal_to_world * glam::Vec3A::from(n));
-                }
-                let length = n.length();
-                // Degenerate normals fall back to the face's.
-                if length > 0.0 && length.is_finite() {
-                    ns = n / length;
-                    if ng.dot(ns) < 0.0 {
-                        ng = -ng; // the vertex normals say which side is outside
-                    }
+        if let Some(normals) = self.normals.as_ref().filter(|_| needs.contains(Needs::SHADING_NORMALS)) {
+            count(Counter::ShadingNormal);
+            let n = corners.map(|i| Vec3::from(normals[i as usize]));
+            let mut n = n[0] * w + n[1] * u + n[2] * v;
+            if let Some(i) = instance {
+                n = Vec3::from(i.normal_to_world * glam::Vec3A::from(n));
+            }
+            let length = n.length();
+            // Degenerate normals fall back to the face's.
+            if length > 0.0 && length.is_finite() {
+                ns = n / length;
+                if ng.dot(ns) < 0.0 {
+                    ng = -ng; // the vertex normals say which side is outside
                 }
             }
         }
@@ -342,14 +345,12 @@ impl InstanceRecord {
     /// A placement of an object whose shapes start at `first_shape`.
     #[must_use]
     pub(super) fn new(object_to_world: Affine3A, first_shape: u32, first_id: u32) -> Self {
-        let m = Mat3A::from(object_to_world.matrix3);
+        let m = object_to_world.matrix3;
         let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
         // Cofactors: right up to a factor even where the inverse overflows or does not exist.
-        let normal_to_world = Mat3A::from_cols(
-            m.y_axis.cross(m.z_axis),
-            m.z_axis.cross(m.x_axis),
-            m.x_axis.cross(m.y_axis),
-        ) * handedness;
+        let normal_to_world =
+            Mat3A::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+                * handedness;
         Self {
             object_to_world,
             world_to_object: object_to_world.inverse(),

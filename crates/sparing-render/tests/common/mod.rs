@@ -7,7 +7,8 @@ use sparing_render::integrator::Wave;
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{
-    ColorInput, Emission, Geometry, Material, MaterialId, MaterialKind, PixelFilter, QuadMesh, Shape, TriangleMesh,
+    ColorInput, Emission, Geometry, Material, MaterialId, MaterialKind, PixelFilter, QuadMesh, Shape,
+    TriangleMesh,
 };
 
 /// A scene of 8 x 8 pixels with these materials and a camera at the origin looking along +z.
@@ -16,8 +17,10 @@ pub fn scene_with(materials: Vec<MaterialKind>) -> SceneDescription {
     d.film.width = 8;
     d.film.height = 8;
     d.filter = PixelFilter::Box { radius: [0.5, 0.5] };
-    d.materials =
-        materials.into_iter().map(|kind| Material { name: String::new(), kind, normal_map: None, bump: None }).collect();
+    d.materials = materials
+        .into_iter()
+        .map(|kind| Material { name: String::new(), kind, normal_map: None, bump: None })
+        .collect();
     d
 }
 
@@ -48,7 +51,8 @@ pub fn square(center: Vec3, x: Vec3, y: Vec3) -> Geometry {
     })
 }
 
-const FACES: [[u32; 4]; 6] = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+const FACES: [[u32; 4]; 6] =
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
 
 fn corners(h: f32) -> Vec<[f32; 3]> {
     (0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { h } else { -h })).collect()
@@ -72,7 +76,12 @@ pub fn render(description: SceneDescription, settings: RenderSettings, spp: u32)
 }
 
 /// Builds and renders with `spp` samples.
-pub fn render_with(description: SceneDescription, settings: RenderSettings, spp: u32, options: FilmOptions) -> Film {
+pub fn render_with(
+    description: SceneDescription,
+    settings: RenderSettings,
+    spp: u32,
+    options: FilmOptions,
+) -> Film {
     let size = [description.film.width, description.film.height];
     let crop = description.film.crop.unwrap_or([0, 0, size[0], size[1]]);
     let scene = Scene::build(description, BuildOptions::default()).expect("the scene builds");
