@@ -81,10 +81,13 @@ apt_install() {
         fail "no apt-get here. Install by hand and run again: Embree 4 (headers and library), libclang, OpenEXR 3.1 or later"
     apt_update
     say "apt-get install $*"
-    # Fresh machines often run their automatic updates now: wait for the lock.
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 \
-        install -y -qq --no-install-recommends "$@" >/dev/null ||
+    # Fresh machines often run their automatic updates now: wait for the lock. What apt says matters only if it fails.
+    local said
+    said=$(as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 \
+        install -y -qq --no-install-recommends "$@" 2>&1) || {
+        printf '%s\n' "$said" | tail -n 20 >&2
         fail "apt-get could not install $*; see its message above"
+    }
 }
 
 check_hash() { # FILE SHA256
@@ -141,6 +144,7 @@ install_embree_prefix() {
     [ "$(uname -m)" = x86_64 ] ||
         fail "this distribution has no Embree 4, and the fall-back is for x86-64 only. $own_embree"
     local library
+    mkdir -p "$root/.deps"
     work=$(mktemp -d "$root/.deps/tmp.XXXXXX")
     trap 'rm -rf "$work"' EXIT
     fetch_wheel "$work"
@@ -161,7 +165,6 @@ install_embree_prefix() {
 install_embree() {
     command -v apt-get >/dev/null ||
         fail "no Embree 4 found. Install your distribution's package (embree-devel, embree) or set EMBREE_DIR to its prefix"
-    mkdir -p "$root/.deps"
     [ -n "$(distribution_embree_version)" ] || apt_update
     local version
     version=$(distribution_embree_version)
