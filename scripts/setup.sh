@@ -74,7 +74,7 @@ apt_update() {
     [ -z "$apt_ready" ] || return 0
     apt_ready=1
     say "apt-get update"
-    as_root apt-get update -qq || say "apt-get update failed; trying with the package lists that are there"
+    as_root apt-get -o APT::Update::Error-Mode=any update -qq || say "apt-get update failed; trying with the package lists that are there"
 }
 apt_install() {
     command -v apt-get >/dev/null ||
