@@ -1,8 +1,8 @@
 //! `sparing compare`.
 
 use anyhow::{Context, bail};
-use clap::Args;
-use sparing_image::metrics::{Comparison, Exposure, compare, error_map};
+use clap::{Args, ValueEnum};
+use sparing_image::metrics::{Comparison, ErrorKind, Exposure, Summary, compare, error_map};
 use sparing_image::picture::{Picture, Pixels};
 use sparing_image::png::write_png;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,30 @@ pub(super) struct CompareArguments {
     /// Write a picture of the errors.
     #[arg(long, value_name = "FILE.png")]
     error_map: Option<PathBuf>,
+    /// What the error map shows.
+    #[arg(long, value_enum, default_value_t)]
+    error_kind: MapKind,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MapKind {
+    /// FLIP, 0 to 1.
+    #[default]
+    Flip,
+    /// CIEDE2000, 0 to 20.
+    Ciede2000,
+    /// Relative error, 0 to 1.
+    Relative,
+}
+
+impl From<MapKind> for ErrorKind {
+    fn from(kind: MapKind) -> Self {
+        match kind {
+            MapKind::Flip => Self::Flip,
+            MapKind::Ciede2000 => Self::Ciede2000,
+            MapKind::Relative => Self::Relative,
+        }
+    }
 }
 
 pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
@@ -40,15 +64,15 @@ pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
             reference_size[1]
         );
     }
-    let exposure = a.exposure.map_or(Exposure::Auto, Exposure::Stops);
-    let c = compare(&image, &reference, size[0], size[1], exposure);
+    let exposure = a.exposure.map_or(Exposure::Auto, Exposure::Ev);
+    let c = compare(&image, &reference, size[0], size[1], exposure)?;
     if a.json {
         println!("{}", serde_json::to_string_pretty(&json(&c))?);
     } else {
         print(&c);
     }
     if let Some(path) = &a.error_map {
-        let map = error_map(&image, &reference, size[0], size[1], exposure);
+        let map = error_map(&image, &reference, size[0], size[1], exposure, a.error_kind.into())?;
         write_png(path, size[0], size[1], &map, 0.0).context("cannot write the error map")?;
     }
     Ok(ExitCode::SUCCESS)
@@ -65,4 +89,35 @@ fn read(path: &Path) -> anyhow::Result<(Vec<[f32; 3]>, [u32; 2])> {
             .collect(),
     };
     Ok((pixels, [p.width, p.height]))
+}
+
+fn json(c: &Comparison) -> serde_json::Value {
+    let summary = |s: &Summary| serde_json::json!({ "mean": s.mean, "p95": s.p95, "p99": s.p99, "max": s.max });
+    serde_json::json!({
+        "rel_mse": c.rel_mse,
+        "mse": c.mse,
+        "psnr": c.psnr,
+        "ciede2000": summary(&c.ciede2000),
+        "flip": summary(&c.flip),
+        "signed_bias": c.signed_bias,
+        "signed_bias_dark": c.signed_bias_dark,
+        "exposure_scale": c.scale,
+        "compared_pixels": c.compared,
+        "non_finite_image": c.non_finite_image,
+        "non_finite_reference": c.non_finite_reference,
+    })
+}
+
+fn print(c: &Comparison) {
+    let summary = |s: &Summary| format!("mean {:.4}  p95 {:.4}  p99 {:.4}  max {:.4}", s.mean, s.p95, s.p99, s.max);
+    println!("relMSE      {:.6e}", c.rel_mse);
+    println!("MSE         {:.6e}", c.mse);
+    println!("PSNR        {:.2} dB", c.psnr);
+    println!("CIEDE2000   {}", summary(&c.ciede2000));
+    println!("FLIP        {}", summary(&c.flip));
+    println!("bias        {:+.3} %, darkest lit quarter {:+.3} %", c.signed_bias * 100.0, c.signed_bias_dark * 100.0);
+    println!("(both pictures times {:.4})", c.scale);
+    if c.non_finite_image + c.non_finite_reference > 0 {
+        println!("not finite  {} pixels of the picture, {} of the reference", c.non_finite_image, c.non_finite_reference);
+    }
 }

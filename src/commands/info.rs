@@ -2,7 +2,7 @@
 
 use super::render::load;
 use clap::Args;
-use sparing_image::exr::read_exr;
+use sparing_image::exr::{ExrAttribute, read_exr};
 use sparing_render::{BuildOptions, Needs, Scene};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -72,7 +72,7 @@ fn picture(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
     let channels: Vec<&str> = image.channels.iter().map(|c| c.name.as_str()).collect();
     if json {
         let attributes: serde_json::Map<String, serde_json::Value> =
-            image.attributes.iter().map(|(k, v)| (k.clone(), serde_json::Value::String(v.to_string()))).collect();
+            image.attributes.iter().map(|(k, v)| (k.clone(), serde_json::Value::String(text(v)))).collect();
         let value = serde_json::json!({
             "picture": path.display().to_string(), "width": image.width, "height": image.height,
             "data_origin": image.data_origin, "display_size": image.display_size,
@@ -85,7 +85,18 @@ fn picture(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
     println!("pixels     {}x{} at {},{} of {}x{}", image.width, image.height, image.data_origin[0], image.data_origin[1], image.display_size[0], image.display_size[1]);
     println!("channels   {}", channels.join(" "));
     for (name, value) in &image.attributes {
-        println!("{name}: {value}");
+        println!("{name}: {}", text(value));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// An attribute as people read it.
+fn text(value: &ExrAttribute) -> String {
+    match value {
+        ExrAttribute::String(v) => v.clone(),
+        ExrAttribute::Int(v) => v.to_string(),
+        ExrAttribute::Float(v) => v.to_string(),
+        ExrAttribute::Double(v) => v.to_string(),
+        other => format!("{other:?}"),
+    }
 }

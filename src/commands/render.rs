@@ -305,7 +305,7 @@ fn save(plan: &Plan, film: &Film, s: &Statistics, exposure: f32) -> anyhow::Resu
 }
 
 fn attributes(plan: &Plan, s: &Statistics) -> Vec<(String, ExrAttribute)> {
-    let text = |v: &str| ExrAttribute::Text(v.to_owned());
+    let text = |v: &str| ExrAttribute::String(v.to_owned());
     [
         ("software", text(&format!("Sparing {}", crate::VERSION))),
         ("sparing:scene", text(&s.scene)),

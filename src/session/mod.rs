@@ -90,11 +90,12 @@ pub fn render(
     for target in schedule(limits.spp) {
         let wave = Wave { target, ..Wave::default() };
         let wave_start = Instant::now();
+        let finished = AtomicBool::new(false);
+        let deadline = limits.time.map(|t| start + t);
         let rays = std::thread::scope(|scope| {
-            let finished = AtomicBool::new(false);
-            let (wave, observer, flag) = (&wave, &*observer, &finished);
+            let (wave, observer, finished) = (&wave, &*observer, &finished);
             scope.spawn(move || {
-                watch(wave, flag, interrupt, limits.time.map(|t| start + t), |samples| {
+                watch(wave, finished, interrupt, deadline, |samples| {
                     observer.tick(&Progress { start, spp: target, active_pixels: pixels, done: done + samples, total });
                 });
             });
