@@ -20,15 +20,17 @@ build: setup ## build target/release/sparing
 demo: build ## render scenes/demo.pbrt to out/ and say what it took (some minutes)
 	@scripts/demo.sh
 
-# Cheap steps first; everything from `build` on shares one profile, so nothing is compiled twice.
-test: export RUSTDOCFLAGS = -D warnings
+# Counts what the integrator runs; the test `needs` proves with it what scenes do not pay for.
+COUNTERS = sparing-render/counters
+
+# Cheap steps first. The build and the tests share one profile, so nothing is compiled twice.
 test: setup ## format, lints, documentation, all tests, benches and examples
 	@echo "== format"
 	@$(CARGO) fmt --all --check
 	@echo "== lints"
 	@$(CARGO) clippy --workspace --all-targets --features $(COUNTERS) -- -D warnings
 	@echo "== documentation"
-	@$(CARGO) doc --workspace --no-deps
+	@RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps
 	@echo "== build of tests, benches and examples"
 	@$(CARGO) build --workspace --all-targets
 	@echo "== tests"
@@ -36,9 +38,6 @@ test: setup ## format, lints, documentation, all tests, benches and examples
 	@echo "== tests with counters"
 	@$(CARGO) test --workspace --quiet --features $(COUNTERS) --test needs
 	@echo "== all passed"
-
-# Counts what the integrator runs; the test `needs` proves with it what scenes do not pay for.
-COUNTERS = sparing-render/counters
 
 bench: setup ## run all benchmarks
 	@$(CARGO) bench --workspace --bench '*'
