@@ -84,6 +84,8 @@ fn generate(include: &Path) {
         .clang_arg(format!("-I{}", include.display()))
         .clang_arg(format!("-I{}/OpenEXR", include.display()))
         .clang_arg(format!("-I{}/Imath", include.display()))
+        // Since 3.2 the headers include one of Imath, which may be installed elsewhere.
+        .clang_args(["-idirafter/usr/local/include/Imath", "-idirafter/usr/include/Imath"])
         .allowlist_item("(EXR|exr)_.*")
         .default_enum_style(bindgen::EnumVariation::NewType { is_bitfield: false, is_global: false })
         .derive_default(true)

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::ffi::CString;
 
 use crate::Error;
-use crate::image::{Attribute, Image, Window};
+use crate::image::{Attribute, ImageRef, Window};
 use crate::read::LAYOUT_ATTRIBUTES;
 
 /// Longest name that the format can hold, bytes.
@@ -16,25 +16,25 @@ const MAX_TEXT: usize = 16 << 20;
 /// The format wants coordinates within half of the i32 range.
 const MAX_COORDINATE: i64 = (i32::MAX / 2) as i64;
 
-pub(crate) fn image(image: &Image) -> Result<(), Error> {
+pub(crate) fn image(image: &ImageRef<'_>) -> Result<(), Error> {
     window("display", &image.display)?;
     window("data", &image.data)?;
     if image.channels.is_empty() {
         return Err(Error::Invalid("it has no channels".into()));
     }
     let mut names = HashSet::new();
-    for channel in &image.channels {
-        name("channel", &channel.name)?;
-        if !names.insert(&channel.name) {
-            return Err(Error::Invalid(format!("two channels are named {:?}", channel.name)));
+    for (channel, samples) in &image.channels {
+        name("channel", channel)?;
+        if !names.insert(*channel) {
+            return Err(Error::Invalid(format!("two channels are named {channel:?}")));
         }
-        if channel.samples.len() as u64 != image.data.pixels() {
-            let (name, len, want) = (&channel.name, channel.samples.len(), image.data.pixels());
-            return Err(Error::Invalid(format!("channel {name:?} has {len} values for {want} pixels")));
+        if samples.len() as u64 != image.data.pixels() {
+            let (len, want) = (samples.len(), image.data.pixels());
+            return Err(Error::Invalid(format!("channel {channel:?} has {len} values for {want} pixels")));
         }
     }
     let mut names = HashSet::new();
-    for (key, value) in &image.attributes {
+    for (key, value) in image.attributes {
         name("attribute", key)?;
         if LAYOUT_ATTRIBUTES.contains(&key.as_str()) || !names.insert(key) {
             return Err(Error::Invalid(format!("attribute {key:?} is set by the writer or given twice")));

@@ -40,11 +40,7 @@ impl Samples {
     /// Number of values.
     #[must_use]
     pub fn len(&self) -> usize {
-        match self {
-            Self::F32(v) => v.len(),
-            Self::Half(v) => v.len(),
-            Self::U32(v) => v.len(),
-        }
+        SamplesRef::from(self).len()
     }
 
     /// Whether there are none.
@@ -60,6 +56,45 @@ impl Samples {
             Self::F32(v) => v,
             Self::Half(v) => v.into_iter().map(half::to_f32).collect(),
             Self::U32(v) => v.into_iter().map(|x| x as f32).collect(),
+        }
+    }
+}
+
+/// Borrowed values of one channel, for writing without a copy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SamplesRef<'a> {
+    /// 32-bit floating point.
+    F32(&'a [f32]),
+    /// 16-bit floating point, as bits.
+    Half(&'a [u16]),
+    /// 32-bit unsigned.
+    U32(&'a [u32]),
+}
+
+impl SamplesRef<'_> {
+    /// Number of values.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(v) => v.len(),
+            Self::Half(v) => v.len(),
+            Self::U32(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl<'a> From<&'a Samples> for SamplesRef<'a> {
+    fn from(samples: &'a Samples) -> Self {
+        match samples {
+            Samples::F32(v) => Self::F32(v),
+            Samples::Half(v) => Self::Half(v),
+            Samples::U32(v) => Self::U32(v),
         }
     }
 }
@@ -132,5 +167,30 @@ impl Image {
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|(n, _)| n == name).map(|(_, a)| a)
+    }
+}
+
+/// A borrowed [`Image`], for writing without a copy.
+#[derive(Clone, Debug)]
+pub struct ImageRef<'a> {
+    /// The full picture.
+    pub display: Window,
+    /// The pixels that are stored.
+    pub data: Window,
+    /// Names and values.
+    pub channels: Vec<(&'a str, SamplesRef<'a>)>,
+    /// Attributes besides those that describe the layout of the file.
+    pub attributes: &'a [(String, Attribute)],
+}
+
+impl<'a> From<&'a Image> for ImageRef<'a> {
+    fn from(image: &'a Image) -> Self {
+        let channels = image.channels.iter().map(|c| (c.name.as_str(), SamplesRef::from(&c.samples)));
+        Self {
+            display: image.display,
+            data: image.data,
+            channels: channels.collect(),
+            attributes: &image.attributes,
+        }
     }
 }

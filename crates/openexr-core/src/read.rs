@@ -285,7 +285,7 @@ fn decode(context: &Context<'_>, layout: &Layout, x: u32, y: u32, out: &mut [Cha
             Samples::Half(v) => (v[first..].as_mut_ptr().cast(), 2, sys::exr_pixel_type_t::EXR_PIXEL_HALF),
             Samples::U32(v) => (v[first..].as_mut_ptr().cast(), 4, sys::exr_pixel_type_t::EXR_PIXEL_UINT),
         };
-        if kind != our_kind.0 as u32 {
+        if kind != our_kind.0 {
             return Err(Error::Damaged(format!("channel {:?} changes its type", ours.name)));
         }
         channel.user_bytes_per_element = bytes as i16;

@@ -8,20 +8,21 @@ use rayon::prelude::*;
 
 use crate::context::{Context, Sink};
 use crate::error::check;
-use crate::image::{Image, Samples, Window};
+use crate::image::{ImageRef, SamplesRef, Window};
 use crate::{Error, attribute, check as checked};
 
 /// Deflate level: OpenEXR 3's own default, near the best ratio for float data at twice the speed of level 6.
 const ZIP_LEVEL: i32 = 4;
 
-/// Writes an image as a single-part scan-line file, ZIP compressed (16 lines a chunk).
+/// Writes an [`Image`](crate::Image) (or a borrowed [`ImageRef`]) as a single-part scan-line file, ZIP compressed (16 lines a chunk).
 ///
 /// The stream is written from its start, with seeks back to fill in the chunk table, and flushed.
 ///
 /// # Errors
 /// [`Error::Invalid`] before anything is written if the image cannot be stored, [`Error::Io`] if the stream
 /// fails, [`Error::Library`] for anything else. The stream's contents are then useless.
-pub fn write<W: Write + Seek>(out: W, image: &Image) -> Result<(), Error> {
+pub fn write<'a, W: Write + Seek>(out: W, image: impl Into<ImageRef<'a>>) -> Result<(), Error> {
+    let image = &image.into();
     checked::image(image)?;
     let mut sink = Sink::new(out);
     let result = write_to(&mut sink, image);
@@ -37,7 +38,7 @@ pub fn write<W: Write + Seek>(out: W, image: &Image) -> Result<(), Error> {
     Ok(())
 }
 
-fn write_to<W: Write + Seek>(sink: &mut Sink<W>, image: &Image) -> Result<(), Error> {
+fn write_to<W: Write + Seek>(sink: &mut Sink<W>, image: &ImageRef<'_>) -> Result<(), Error> {
     let context = Context::write(sink, ZIP_LEVEL)?;
     write_header(&context, image)?;
     let mut lines_per_chunk = 0;
@@ -64,9 +65,9 @@ fn write_to<W: Write + Seek>(sink: &mut Sink<W>, image: &Image) -> Result<(), Er
     context.finish()
 }
 
-fn write_header(context: &Context<'_>, image: &Image) -> Result<(), Error> {
+fn write_header(context: &Context<'_>, image: &ImageRef<'_>) -> Result<(), Error> {
     let c = context.raw();
-    let names = image.channels.iter().map(|c| &c.name).chain(image.attributes.iter().map(|a| &a.0));
+    let names = image.channels.iter().map(|c| c.0).chain(image.attributes.iter().map(|a| a.0.as_str()));
     let long_names = names.into_iter().any(|name| name.len() > checked::MAX_SHORT_NAME);
     let mut part = 0;
     let center = sys::exr_attr_v2f_t::default();
@@ -88,18 +89,18 @@ fn write_header(context: &Context<'_>, image: &Image) -> Result<(), Error> {
             sys::exr_compression_t::EXR_COMPRESSION_ZIP,
         ))?;
     }
-    for channel in &image.channels {
-        let name = checked::name("channel", &channel.name)?;
-        let kind = match channel.samples {
-            Samples::F32(_) => sys::exr_pixel_type_t::EXR_PIXEL_FLOAT,
-            Samples::Half(_) => sys::exr_pixel_type_t::EXR_PIXEL_HALF,
-            Samples::U32(_) => sys::exr_pixel_type_t::EXR_PIXEL_UINT,
+    for (channel, samples) in &image.channels {
+        let name = checked::name("channel", channel)?;
+        let kind = match samples {
+            SamplesRef::F32(_) => sys::exr_pixel_type_t::EXR_PIXEL_FLOAT,
+            SamplesRef::Half(_) => sys::exr_pixel_type_t::EXR_PIXEL_HALF,
+            SamplesRef::U32(_) => sys::exr_pixel_type_t::EXR_PIXEL_UINT,
         };
         let treatment = sys::exr_perceptual_treatment_t::EXR_PERCEPTUALLY_LOGARITHMIC;
         // SAFETY: the context is open for writing, the part exists, the name is a C string that is copied.
         check(unsafe { sys::exr_add_channel(c, part, name.as_ptr(), kind, treatment, 1, 1) })?;
     }
-    for (key, value) in &image.attributes {
+    for (key, value) in image.attributes {
         attribute::set(context, key, value)?;
     }
     // SAFETY: the context is open for writing and its one part has all that is required.
@@ -137,7 +138,7 @@ impl Drop for Pipeline {
 }
 
 /// Packs and compresses the chunk that begins `line` lines below the top of the data window.
-fn encode(context: &Shared, image: &Image, line: u32) -> Result<Vec<u8>, Error> {
+fn encode(context: &Shared, image: &ImageRef<'_>, line: u32) -> Result<Vec<u8>, Error> {
     let context = context.0;
     let [width, height] = image.data.size;
     let mut info = sys::exr_chunk_info_t::default();
@@ -157,18 +158,18 @@ fn encode(context: &Shared, image: &Image, line: u32) -> Result<Vec<u8>, Error> 
         // The library keeps channels sorted; ours are found by name.
         // SAFETY: the name is a C string owned by the context.
         let name: CString = unsafe { std::ffi::CStr::from_ptr(channel.channel_name) }.to_owned();
-        let ours = image.channels.iter().find(|c| c.name.as_bytes() == name.as_bytes());
+        let ours = image.channels.iter().find(|(ours, _)| ours.as_bytes() == name.as_bytes());
         let lines = u32::try_from(channel.height).unwrap_or(u32::MAX);
         let fits = channel.width as u32 == width && lines <= height - line;
-        let Some(ours) = ours.filter(|_| fits) else {
+        let Some((_, samples)) = ours.filter(|_| fits) else {
             return Err(Error::Damaged("the library's channels are not those it was given".into()));
         };
         let first = line as usize * width as usize;
         let range = first..first + lines as usize * width as usize;
-        let (pointer, bytes): (*const u8, i32) = match &ours.samples {
-            Samples::F32(v) => (v[range].as_ptr().cast(), 4),
-            Samples::Half(v) => (v[range].as_ptr().cast(), 2),
-            Samples::U32(v) => (v[range].as_ptr().cast(), 4),
+        let (pointer, bytes): (*const u8, i32) = match samples {
+            SamplesRef::F32(v) => (v[range].as_ptr().cast(), 4),
+            SamplesRef::Half(v) => (v[range].as_ptr().cast(), 2),
+            SamplesRef::U32(v) => (v[range].as_ptr().cast(), 4),
         };
         channel.user_bytes_per_element = bytes as i16;
         channel.user_data_type = channel.data_type;

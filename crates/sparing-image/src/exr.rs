@@ -19,7 +19,7 @@
 
 use std::path::Path;
 
-use openexr_core::{Channel, Image, Limits, Samples, Window};
+use openexr_core::{Channel, ImageRef, Limits, Samples, SamplesRef, Window};
 
 pub use openexr_core::Attribute as ExrAttribute;
 
@@ -137,29 +137,36 @@ fn full_name(layer: &str, component: &str) -> String {
 /// # Errors
 /// The disk or folder refuses; channels of a wrong length, double or empty names.
 pub fn write_exr(path: &Path, image: &ExrImage) -> Result<(), OutputError> {
-    let channels = image.channels.iter().map(|c| {
-        let samples = match c.kind {
-            ExrType::Float => Samples::F32(c.data.clone()),
-            ExrType::Half => Samples::Half(c.data.iter().map(|x| openexr_core::half::from_f32(*x)).collect()),
+    // Float channels are borrowed; the others are converted first.
+    let converted: Vec<Option<Samples>> = image
+        .channels
+        .iter()
+        .map(|c| match c.kind {
+            ExrType::Float => None,
+            ExrType::Half => {
+                Some(Samples::Half(c.data.iter().map(|x| openexr_core::half::from_f32(*x)).collect()))
+            }
             // The cast saturates and takes NaN to 0.
-            ExrType::Uint => Samples::U32(c.data.iter().map(|x| x.round() as u32).collect()),
-        };
-        Channel { name: c.name.clone(), samples }
+            ExrType::Uint => Some(Samples::U32(c.data.iter().map(|x| x.round() as u32).collect())),
+        })
+        .collect();
+    let channels = image.channels.iter().zip(&converted).map(|(c, converted)| {
+        (c.name.as_str(), converted.as_ref().map_or(SamplesRef::F32(&c.data), SamplesRef::from))
     });
-    let image = Image {
+    let view = ImageRef {
         display: Window { origin: [0, 0], size: image.display_size },
         data: Window { origin: image.data_origin, size: [image.width, image.height] },
         channels: channels.collect(),
-        attributes: image.attributes.clone(),
+        attributes: &image.attributes,
     };
-    write_image(path, &image)
+    write_image(path, view)
 }
 
 /// Writes an image in the library's own terms, for exact integers and other uses that [`ExrImage`] does not cover.
 ///
 /// # Errors
 /// As [`write_exr`].
-pub fn write_image(path: &Path, image: &Image) -> Result<(), OutputError> {
+pub fn write_image<'a>(path: &Path, image: impl Into<ImageRef<'a>>) -> Result<(), OutputError> {
     write_atomic(path, |file| {
         openexr_core::write(&mut *file, image).map_err(|error| match error {
             openexr_core::Error::Io(source) => OutputError::io(path)(source),

@@ -236,10 +236,7 @@ impl Film {
                     width: ((tx + 1) * TILE).min(x1) - left,
                     height: ((ty + 1) * TILE).min(y1) - top,
                     pixels: vec![Pixel::default(); TILE_PIXELS],
-                    auxiliary: vec![
-                        AuxiliarySums::default();
-                        if options.auxiliary { TILE_PIXELS } else { 0 }
-                    ],
+                    auxiliary: vec![AuxiliarySums::default(); if options.auxiliary { TILE_PIXELS } else { 0 }],
                     shapes: vec![ShapeSet::default(); if options.shapes { TILE_PIXELS } else { 0 }],
                     invalid: 0,
                     first_invalid: None,
@@ -285,8 +282,7 @@ impl Film {
         for tile in &self.tiles {
             for y in tile.y0..tile.y0 + tile.height {
                 for x in tile.x0..tile.x0 + tile.width {
-                    let at =
-                        (y - self.crop[1]) as usize * self.width() as usize + (x - self.crop[0]) as usize;
+                    let at = (y - self.crop[1]) as usize * self.width() as usize + (x - self.crop[0]) as usize;
                     out[at] = f(tile, tile.index(x, y));
                 }
             }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
 
 use crate::atomic::{OutputError, write_atomic};
 use crate::color::srgb_encode;
@@ -26,7 +27,7 @@ pub fn write_png(
         return Err(encode(format!("{} pixels are not {width} x {height}", rgb_linear.len())));
     }
     let scale = exposure_ev.exp2();
-    let bytes: Vec<u8> = rgb_linear.iter().flat_map(|p| p.map(|x| to_byte(x, scale))).collect();
+    let bytes: Vec<u8> = rgb_linear.par_iter().flat_map_iter(|p| p.map(|x| to_byte(x, scale))).collect();
     write_atomic(path, |file| {
         let encoder = image::codecs::png::PngEncoder::new(&mut *file);
         encoder.write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(|error| match error {

@@ -175,29 +175,31 @@ fn balanced(mut kernel: Vec<f64>) -> Vec<f64> {
     kernel
 }
 
-/// Separable convolution (in truth correlation: the differences are symmetric in sign), edges repeated.
+/// Separable convolution (in truth correlation: only magnitudes of the results are used), edges repeated.
 fn convolve(data: &[f32], width: usize, horizontal: &[f64], vertical: &[f64]) -> Vec<f32> {
     let height = data.len() / width;
-    let clamp = |at: usize, offset: usize, radius: usize, size: usize| {
-        (at + offset).saturating_sub(radius).min(size - 1)
-    };
     let mut across = vec![0.0f32; data.len()];
-    let radius = horizontal.len() / 2;
     across.par_chunks_mut(width).zip(data.par_chunks(width)).for_each(|(out, line)| {
-        for (x, out) in out.iter_mut().enumerate() {
-            let term = |(k, w): (usize, &f64)| w * f64::from(line[clamp(x, k, radius, width)]);
-            *out = horizontal.iter().enumerate().map(term).sum::<f64>() as f32;
-        }
+        let radius = horizontal.len() / 2;
+        let mut padded = vec![line[0]; width + 2 * radius];
+        padded[radius..radius + width].copy_from_slice(line);
+        padded[radius + width..].fill(line[width - 1]);
+        add_lines(out, horizontal.iter().enumerate().map(|(k, w)| (*w, &padded[k..k + width])));
     });
     let mut out = vec![0.0f32; data.len()];
-    let radius = vertical.len() / 2;
     out.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        let mut sums = vec![0.0f64; width];
-        for (k, w) in vertical.iter().enumerate() {
-            let line = &across[clamp(y, k, radius, height) * width..][..width];
-            sums.iter_mut().zip(line).for_each(|(s, v)| *s += w * f64::from(*v));
-        }
-        out.iter_mut().zip(sums).for_each(|(o, s)| *o = s as f32);
+        let radius = vertical.len() / 2;
+        let line = |k: usize| (y + k).saturating_sub(radius).min(height - 1) * width;
+        add_lines(out, vertical.iter().enumerate().map(|(k, w)| (*w, &across[line(k)..][..width])));
     });
     out
+}
+
+/// The weighted sum of lines as long as `out`.
+fn add_lines<'a>(out: &mut [f32], lines: impl Iterator<Item = (f64, &'a [f32])>) {
+    let mut sums = vec![0.0f64; out.len()];
+    for (weight, line) in lines {
+        sums.iter_mut().zip(line).for_each(|(sum, value)| *sum += weight * f64::from(*value));
+    }
+    out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum as f32);
 }

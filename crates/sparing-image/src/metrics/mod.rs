@@ -21,6 +21,9 @@ use crate::color::{auto_exposure, ciede2000, luminance, rgb_to_lab, srgb_encode}
 /// What is added to the squared reference in [`Comparison::rel_mse`], in exposed units.
 pub const REL_MSE_EPSILON: f64 = 0.01;
 
+/// Pixels added up by one task.
+const BLOCK: usize = 4096;
+
 /// The factor that both pictures are multiplied by before they are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
@@ -110,23 +113,25 @@ pub fn compare(
     };
     let delta_e: Vec<f32> =
         image.par_iter().zip(reference).map(|(i, r)| delta_e(shown(*i, scale), shown(*r, scale))).collect();
-    let pairs: Vec<([f64; 3], [f64; 3])> = image
-        .iter()
-        .zip(reference)
-        .zip(&valid)
-        .filter(|(_, valid)| **valid)
-        .map(|((i, r), _)| (exposed(*i, scale), exposed(*r, scale)))
-        .collect();
-    let mean = |f: &dyn Fn(f64, f64) -> f64| {
-        let sum: f64 = pairs.iter().map(|(i, r)| f(i[0], r[0]) + f(i[1], r[1]) + f(i[2], r[2])).sum();
-        sum / (3.0 * pairs.len() as f64)
+    let compared = valid.iter().filter(|valid| **valid).count() as u64;
+    let mean = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
+        // Blocks of a fixed size, added in order: the same sum on every machine.
+        let sums: Vec<f64> = valid
+            .par_chunks(BLOCK)
+            .zip(image.par_chunks(BLOCK).zip(reference.par_chunks(BLOCK)))
+            .map(|(valid, (i, r))| {
+                let pairs = i.iter().zip(r).zip(valid).filter(|(_, valid)| **valid);
+                pairs.map(|((i, r), _)| of_channels(f, exposed(*i, scale), exposed(*r, scale))).sum()
+            })
+            .collect();
+        sums.iter().sum::<f64>() / (3.0 * compared as f64)
     };
     let square = |x: f64| x * x;
     let srgb = |x: f64| srgb_encode(x.clamp(0.0, 1.0));
     let (signed_bias, signed_bias_dark) = signed_biases(image, reference, &valid, scale);
     Ok(Comparison {
         scale,
-        compared: pairs.len() as u64,
+        compared,
         non_finite_image: image.iter().filter(|p| !finite(p)).count() as u64,
         non_finite_reference: reference.iter().filter(|p| !finite(p)).count() as u64,
         mse: mean(&|i, r| square(i - r)),
@@ -137,6 +142,10 @@ pub fn compare(
         signed_bias,
         signed_bias_dark,
     })
+}
+
+fn of_channels(f: &dyn Fn(f64, f64) -> f64, i: [f64; 3], r: [f64; 3]) -> f64 {
+    f(i[0], r[0]) + f(i[1], r[1]) + f(i[2], r[2])
 }
 
 fn check_sizes(i: &[[f32; 3]], r: &[[f32; 3]], width: u32, height: u32) -> Result<(), SizeMismatch> {

@@ -79,7 +79,7 @@ pub fn z_test(
 
 /// Chance that a standard normal variable is at least as far from 0 as `z`: erfc(|z| / sqrt 2).
 ///
-/// A series up to 3 and a continued fraction beyond (Abramowitz and Stegun 1964, 7.1.6 and 7.1.14); relative error
+/// A series up to |z| = 2.8 and a continued fraction beyond (Abramowitz and Stegun 1964, 7.1.6 and 7.1.14); relative error
 /// below 1e-12 until the result underflows.
 #[must_use]
 pub fn normal_p_value(z: f64) -> f64 {

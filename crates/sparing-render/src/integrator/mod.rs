@@ -49,7 +49,7 @@ impl Default for RenderSettings {
             seed: 0,
             max_depth: IntegratorSettings::default().max_depth,
             estimator: Estimator::Mis,
-            roulette_depth: 2,
+            roulette_depth: 4,
         }
     }
 }
