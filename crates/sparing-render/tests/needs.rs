@@ -31,7 +31,9 @@ const ALL: [Counter; 12] = [
 
 /// Counters that ran while rendering.
 fn ran(d: SceneDescription, options: FilmOptions) -> Vec<Counter> {
-    ALL.iter().for_each(|c| drop(take(*c)));
+    for counter in ALL {
+        let _ = take(counter);
+    }
     render_with(d, RenderSettings::default(), 4, options);
     ALL.into_iter().filter(|c| take(*c) > 0).collect()
 }

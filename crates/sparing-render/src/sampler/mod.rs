@@ -143,9 +143,9 @@ mod tests {
             let s = PixelSampler::new(kind, 1, 100, 7);
             for first in [0, 8, 16, 1000, u32::MAX - 3] {
                 let packet = s.get_2d_packet(first, 3, Dimension::Light);
-                for lane in 0..16 {
+                for (lane, (x, y)) in packet[0].iter().zip(packet[1]).enumerate() {
                     let one = s.get_2d(first.wrapping_add(lane as u32), 3, Dimension::Light);
-                    assert_eq!([packet[0][lane], packet[1][lane]], one);
+                    assert_eq!([*x, y], one);
                 }
             }
         }
