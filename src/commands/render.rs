@@ -3,7 +3,7 @@
 use super::Usage;
 use super::options::{check_size, crop, duration, pixel, size, spp};
 use crate::session::progress::{Observer, ProgressMode, clock};
-use crate::session::stats::{Rays, Statistics, peak_memory_bytes};
+use crate::session::stats::{Rays, Statistics, peak_memory_bytes, resident_bytes};
 use crate::session::tev::Tev;
 use crate::session::{Limits, Outcome, StoppedBy, render};
 use anyhow::{Context, bail};
@@ -297,6 +297,8 @@ fn statistics(
         first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
         stopped_by: outcome.stopped_by,
         peak_memory_bytes: peak_memory_bytes(),
+        resident_bytes: resident_bytes(),
+        film_bytes: film.bytes(),
         embree_bytes: scene.statistics.embree_bytes,
         geometry_bytes: scene.statistics.geometry_bytes,
         texture_bytes: scene.statistics.texture_bytes,

@@ -267,6 +267,17 @@ impl Film {
         self.tiles.iter().flat_map(|t| &t.pixels).map(|p| u64::from(p.count())).sum()
     }
 
+    /// Bytes that the film takes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let tile = |t: &Tile| {
+            t.pixels.capacity() * size_of::<Pixel>()
+                + t.auxiliary.capacity() * size_of::<AuxiliarySums>()
+                + t.shapes.iter().map(|s| size_of::<ShapeSet>() + 4 * s.more.capacity()).sum::<usize>()
+        };
+        self.tiles.iter().map(|t| tile(t) as u64).sum()
+    }
+
     /// Samples left out as invalid.
     #[must_use]
     pub fn invalid_samples(&self) -> u64 {
