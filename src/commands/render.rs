@@ -1,7 +1,7 @@
 //! `sparing render`.
 
 use super::Usage;
-use super::options::{check_size, crop, duration, pixel, size, spp};
+use super::options::{check_size, crop, duration, pixel, size, spp, threads};
 use crate::session::progress::{Observer, ProgressMode, clock};
 use crate::session::stats::{Rays, Statistics, peak_memory_bytes, resident_bytes};
 use crate::session::tev::Tev;
@@ -46,8 +46,8 @@ pub struct RenderArguments {
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
-    /// Threads; 0 is all.
-    #[arg(long, default_value_t = 0)]
+    /// Threads, at most 1024; 0 is all.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     threads: usize,
     /// Size of the picture, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = size)]
