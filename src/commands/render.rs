@@ -3,7 +3,7 @@
 use super::Usage;
 use super::options::{check_size, crop, duration, pixel, size, spp, threads};
 use crate::session::progress::{Observer, ProgressMode, clock};
-use crate::session::stats::{Rays, Statistics, peak_memory_bytes, resident_bytes};
+use crate::session::stats::{Rays, Statistics, available_memory_bytes, peak_memory_bytes, resident_bytes};
 use crate::session::tev::Tev;
 use crate::session::{Limits, Outcome, StoppedBy, render};
 use anyhow::{Context, bail};
@@ -122,16 +122,11 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     let mut description = load(&arguments.scene)?;
     let load_seconds = load_start.elapsed().as_secs_f64();
     let plan = Plan::new(arguments, &mut description)?;
-    for output in &plan.outputs {
+    check_memory(&plan)?;
+    for output in plan.outputs.iter().chain(arguments.stats.iter().filter(|p| *p != Path::new("-"))) {
         check_writable(output)?;
     }
 
-    // The first signal ends the render with its picture saved, the second ends the process.
-    let interrupt = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
-        signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     let build_start = Instant::now();
     let options = BuildOptions { threads: arguments.threads, robust: !arguments.no_robust };
@@ -150,6 +145,12 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
             .with_context(|| format!("cannot reach a viewer at {address}"))
     });
     let mut observer = Observer::new(arguments.progress, tev.transpose()?);
+    // From here on the first signal ends the render with its picture saved, the second ends the process.
+    let interrupt = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
+        signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
+    }
     let mut film = Film::new(plan.size, plan.crop, plan.film);
     let renderer = Renderer::new(&scene, plan.settings, plan.film);
     let limits = Limits { spp: plan.spp, time: arguments.time_limit };
@@ -176,7 +177,8 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
 
 /// Loads a scene and prints its warnings; errors show the place in the file.
 pub(super) fn load(path: &Path) -> anyhow::Result<SceneDescription> {
-    let description = sparing_scene::load(path).map_err(|e| anyhow::anyhow!("{}", e.report().trim_end()))?;
+    let description = sparing_scene::load(path)
+        .map_err(|e| anyhow::anyhow!("{}", e.report().trim().trim_start_matches("error: ")))?;
     for warning in &description.warnings {
         eprintln!("warning: {warning}");
     }
@@ -239,6 +241,26 @@ impl Plan {
             camera: camera_attributes(d),
         })
     }
+}
+
+/// Refuses a picture whose film would not fit: the system would kill the process later.
+fn check_memory(plan: &Plan) -> anyhow::Result<()> {
+    let [x0, y0, x1, y1] = plan.crop;
+    let needed = Film::bytes_for(x1 - x0, y1 - y0, plan.film);
+    // The picture is copied once more to be written.
+    let needed = needed + 32 * u64::from(x1 - x0) * u64::from(y1 - y0);
+    let available = available_memory_bytes();
+    if needed > available {
+        let gib = |b: u64| b as f64 / f64::from(1 << 30);
+        bail!(
+            "a picture of {}x{} needs {:.1} GiB of memory, but {:.1} GiB are available; render parts of it with --crop",
+            x1 - x0,
+            y1 - y0,
+            gib(needed),
+            gib(available)
+        );
+    }
+    Ok(())
 }
 
 fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<PathBuf>> {

@@ -77,18 +77,24 @@ pub struct Rays {
 /// Largest resident memory of this process so far; 0 where the system does not say.
 #[must_use]
 pub fn peak_memory_bytes() -> u64 {
-    status("VmHWM:")
+    kibibytes("/proc/self/status", "VmHWM:").unwrap_or(0)
 }
 
 /// Resident memory of this process now; 0 where the system does not say.
 #[must_use]
 pub fn resident_bytes() -> u64 {
-    status("VmRSS:")
+    kibibytes("/proc/self/status", "VmRSS:").unwrap_or(0)
 }
 
-fn status(name: &str) -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix(name));
-    let kib = line.and_then(|l| l.trim().strip_suffix("kB")).and_then(|n| n.trim().parse::<u64>().ok());
-    kib.unwrap_or(0) * 1024
+/// Memory that a process can have without swapping; unlimited where the system does not say.
+#[must_use]
+pub fn available_memory_bytes() -> u64 {
+    kibibytes("/proc/meminfo", "MemAvailable:").unwrap_or(u64::MAX)
+}
+
+/// A line of a file of the proc file system, as bytes.
+fn kibibytes(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }

@@ -65,6 +65,8 @@ pub struct Scene {
     pub(crate) lights: LightTable,
     pub(crate) camera: Camera,
     pub(crate) filter: FilterSampler,
+    /// Factor on radiance: exposure of the scene's film.
+    pub(crate) film_scale: f32,
     pub(crate) features: embree4::FeatureMask,
     needs: Needs,
     /// What was left out or looks wrong, one sentence each.
