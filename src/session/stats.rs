@@ -73,22 +73,3 @@ pub struct Rays {
     /// To lights.
     pub shadow: u64,
 }
-
-/// Largest resident memory of this process so far; 0 where the system does not say.
-#[must_use]
-pub fn peak_memory_bytes() -> u64 {
-    status("VmHWM:")
-}
-
-/// Resident memory of this process now; 0 where the system does not say.
-#[must_use]
-pub fn resident_bytes() -> u64 {
-    status("VmRSS:")
-}
-
-fn status(name: &str) -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix(name));
-    let kib = line.and_then(|l| l.trim().strip_suffix("kB")).and_then(|n| n.trim().parse::<u64>().ok());
-    kib.unwrap_or(0) * 1024
-}
