@@ -2,6 +2,7 @@
 
 use clap::Parser;
 use sparing::commands::{Cli, run};
+use sparing::session::console::note;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -9,23 +10,21 @@ fn main() -> ExitCode {
     tracing_subscriber::fmt()
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("SPARING_LOG"))
         .with_writer(std::io::stderr)
+        .log_internal_errors(false) // it would panic when standard error is closed
         .init();
     match run(cli) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {}", message(&error));
+            note(format_args!("error: {}", message(&error)));
             ExitCode::from(if error.is::<sparing::commands::Usage>() { 2 } else { 1 })
         }
     }
 }
 
-/// An error with its causes, those that it already quotes left out.
+/// The error and its causes, each said once: some messages already end in their cause.
 fn message(error: &anyhow::Error) -> String {
-    let mut text = error.to_string();
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !text.contains(&cause) {
-            text = format!("{text}: {cause}");
-        }
-    }
-    text
+    error.chain().skip(1).fold(error.to_string(), |text, cause| {
+        let cause = cause.to_string();
+        if text.ends_with(&cause) { text } else { format!("{text}: {cause}") }
+    })
 }

@@ -1,7 +1,10 @@
 //! `sparing compare`.
 
+use super::Usage;
+use crate::session::console;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use sparing_image::atomic::check_writable;
 use sparing_image::metrics::{Comparison, ErrorKind, Exposure, Summary, compare, error_map};
 use sparing_image::picture::{Picture, Pixels};
 use sparing_image::png::write_png;
@@ -51,6 +54,15 @@ impl From<MapKind> for ErrorKind {
 }
 
 pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
+    if a.exposure.is_some_and(|ev| !ev.is_finite()) {
+        return Err(Usage::error("the exposure must be a finite number"));
+    }
+    if let Some(path) = &a.error_map {
+        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return Err(Usage::error(format!("{}: error maps are written as .png", path.display())));
+        }
+        check_writable(path)?;
+    }
     let (image, size) = read(&a.image)?;
     let (reference, reference_size) = read(&a.reference)?;
     if size != reference_size {
@@ -67,9 +79,9 @@ pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
     let exposure = a.exposure.map_or(Exposure::Auto, Exposure::Ev);
     let c = compare(&image, &reference, size[0], size[1], exposure)?;
     if a.json {
-        println!("{}", serde_json::to_string_pretty(&json(&c))?);
+        console::print(serde_json::to_string_pretty(&json(&c))?)?;
     } else {
-        print(&c);
+        console::print(text(&c))?;
     }
     if let Some(path) = &a.error_map {
         let map = error_map(&image, &reference, size[0], size[1], exposure, a.error_kind.into())?;
@@ -111,24 +123,22 @@ fn json(c: &Comparison) -> serde_json::Value {
     })
 }
 
-fn print(c: &Comparison) {
+fn text(c: &Comparison) -> String {
     let summary =
         |s: &Summary| format!("mean {:.4}  p95 {:.4}  p99 {:.4}  max {:.4}", s.mean, s.p95, s.p99, s.max);
-    println!("relMSE      {:.6e}", c.rel_mse);
-    println!("MSE         {:.6e}", c.mse);
-    println!("PSNR        {:.2} dB", c.psnr);
-    println!("CIEDE2000   {}", summary(&c.ciede2000));
-    println!("FLIP        {}", summary(&c.flip));
-    println!(
-        "bias        {:+.3} %, darkest lit quarter {:+.3} %",
-        c.signed_bias * 100.0,
-        c.signed_bias_dark * 100.0
-    );
-    println!("(both pictures times {:.4})", c.scale);
+    let bias = [c.signed_bias, c.signed_bias_dark].map(|b| format!("{:+.3} %", b * 100.0));
+    let mut lines = vec![
+        format!("relMSE      {:.6e}", c.rel_mse),
+        format!("MSE         {:.6e}", c.mse),
+        format!("PSNR        {:.2} dB", c.psnr),
+        format!("CIEDE2000   {}", summary(&c.ciede2000)),
+        format!("FLIP        {}", summary(&c.flip)),
+        format!("bias        {}, darkest lit quarter {}", bias[0], bias[1]),
+        format!("(both pictures times {:.4})", c.scale),
+    ];
     if c.non_finite_image + c.non_finite_reference > 0 {
-        println!(
-            "not finite  {} pixels of the picture, {} of the reference",
-            c.non_finite_image, c.non_finite_reference
-        );
+        let [image, reference] = [c.non_finite_image, c.non_finite_reference];
+        lines.push(format!("not finite  {image} pixels of the picture, {reference} of the reference"));
     }
+    lines.join("\n")
 }

@@ -1,6 +1,7 @@
 //! `sparing info`.
 
 use super::render::load;
+use crate::session::console::{note, print};
 use clap::Args;
 use sparing_image::exr::{ExrAttribute, read_exr};
 use sparing_render::{BuildOptions, Needs, Scene};
@@ -28,7 +29,7 @@ fn scene(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
     let warnings = description.warnings.len();
     let scene = Scene::build(description, BuildOptions::default())?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        note(format_args!("warning: {warning}"));
     }
     let (s, needs) = (scene.statistics, scene.needs());
     if json {
@@ -42,42 +43,33 @@ fn scene(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
             "needs": needs.names(), "skipped": needs.complement().names(),
             "warnings": warnings + scene.warnings.len(),
         });
-        println!("{}", serde_json::to_string_pretty(&value)?);
+        print(serde_json::to_string_pretty(&value)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     let mib = |b: u64| format!("{:.1} MiB", b as f64 / 1_048_576.0);
-    println!("scene      {}", path.display());
-    println!(
-        "picture    {}x{}, {} spp, depth {}",
-        film.width,
-        film.height,
-        sampler.spp.map_or("64 (default)".into(), |n| n.to_string()),
-        integrator.max_depth
-    );
-    println!(
-        "geometry   {} triangles, {} quads, {} shapes, {} instances",
-        s.triangles, s.quads, s.shapes, s.instances
-    );
-    println!("lights     {} (emitting faces counted singly)", s.lights);
-    println!("materials  {}", s.materials);
-    println!(
-        "memory     {} geometry, {} Embree, {} textures",
-        mib(s.geometry_bytes),
-        mib(s.embree_bytes),
-        mib(s.texture_bytes)
-    );
-    println!("needs");
-    for (name, flag, meaning) in Needs::describe() {
-        if needs.contains(flag) {
-            println!("  {name:<20} {meaning}");
-        }
+    let spp = sampler.spp.map_or("64 (default)".into(), |n| n.to_string());
+    let mut lines = vec![
+        format!("scene      {}", path.display()),
+        format!("picture    {}x{}, {spp} spp, depth {}", film.width, film.height, integrator.max_depth),
+        format!(
+            "geometry   {} triangles, {} quads, {} shapes, {} instances",
+            s.triangles, s.quads, s.shapes, s.instances
+        ),
+        format!("lights     {} (emitting faces counted singly)", s.lights),
+        format!("materials  {}", s.materials),
+        format!(
+            "memory     {} geometry, {} Embree, {} textures",
+            mib(s.geometry_bytes),
+            mib(s.embree_bytes),
+            mib(s.texture_bytes)
+        ),
+    ];
+    for (title, needed) in [("needs", true), ("skipped", false)] {
+        lines.push(title.to_owned());
+        let flags = Needs::describe().into_iter().filter(|(_, flag, _)| needs.contains(*flag) == needed);
+        lines.extend(flags.map(|(name, _, meaning)| format!("  {name:<20} {meaning}")));
     }
-    println!("skipped");
-    for (name, flag, meaning) in Needs::describe() {
-        if !needs.contains(flag) {
-            println!("  {name:<20} {meaning}");
-        }
-    }
+    print(lines.join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -92,23 +84,17 @@ fn picture(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
             "data_origin": image.data_origin, "display_size": image.display_size,
             "channels": channels, "attributes": attributes,
         });
-        println!("{}", serde_json::to_string_pretty(&value)?);
+        print(serde_json::to_string_pretty(&value)?)?;
         return Ok(ExitCode::SUCCESS);
     }
-    println!("picture    {}", path.display());
-    println!(
-        "pixels     {}x{} at {},{} of {}x{}",
-        image.width,
-        image.height,
-        image.data_origin[0],
-        image.data_origin[1],
-        image.display_size[0],
-        image.display_size[1]
-    );
-    println!("channels   {}", channels.join(" "));
-    for (name, value) in &image.attributes {
-        println!("{name}: {}", text(value));
-    }
+    let ([x, y], [w, h]) = (image.data_origin, image.display_size);
+    let mut lines = vec![
+        format!("picture    {}", path.display()),
+        format!("pixels     {}x{} at {x},{y} of {w}x{h}", image.width, image.height),
+        format!("channels   {}", channels.join(" ")),
+    ];
+    lines.extend(image.attributes.iter().map(|(name, value)| format!("{name}: {}", text(value))));
+    print(lines.join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

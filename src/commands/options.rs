@@ -46,6 +46,9 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     Ok([side(x)?, side(y)?])
 }
 
+/// A hundred years.
+const MAX_DURATION: Duration = Duration::from_secs(100 * 365 * 24 * 3600);
+
 /// `90`, `30s`, `5m`, `1.5h`.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -59,8 +62,20 @@ pub fn duration(text: &str) -> Result<Duration, String> {
         "h" => 3600.0,
         _ => return Err(format!("'{unit}' is not a unit of time: use ms, s, m or h")),
     };
-    Duration::try_from_secs_f64(value * factor)
-        .map_err(|_| format!("'{text}' is not a duration that can be waited for"))
+    match Duration::try_from_secs_f64(value * factor) {
+        Ok(d) if d.is_zero() => Err("no time at all would render nothing".into()),
+        Ok(d) if d <= MAX_DURATION => Ok(d),
+        _ => Err(format!("'{text}' is not a duration that can be waited for")),
+    }
+}
+
+/// A number of threads; 0 is all. Thousands are a slip that would bring the machine to its knees.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n @ 0..=1024) => Ok(n),
+        Ok(n) => Err(format!("{n} threads are too many: use at most 1024, or 0 for one a core")),
+        Err(_) => Err(format!("'{text}' is not a number of threads")),
+    }
 }
 
 /// A number of samples per pixel.
@@ -69,15 +84,6 @@ pub fn spp(text: &str) -> Result<u32, String> {
         Ok(n @ 1..=1_048_576) => Ok(n),
         Ok(n) => Err(format!("{n} samples per pixel are not possible: use 1 to 1048576")),
         Err(_) => Err(format!("'{text}' is not a number of samples")),
-    }
-}
-
-/// A number of threads; many more than processors only make a machine unusable.
-pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(n @ 0..=1024) => Ok(n),
-        Ok(n) => Err(format!("{n} threads are too many: use 1 to 1024, or 0 for one a processor")),
-        Err(_) => Err(format!("'{text}' is not a number of threads")),
     }
 }
 
@@ -97,12 +103,12 @@ mod tests {
         }
         assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
         assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
-        for bad in ["", "s", "-3s", "5y", "nan", "inf", "1e40h"] {
+        for bad in ["", "s", "-3s", "5y", "nan", "inf", "0", "0ms", "1000000000000000h"] {
             assert!(duration(bad).is_err(), "{bad}");
         }
         assert!(spp("0").is_err() && spp("-1").is_err() && spp("1.5").is_err() && spp("9999999").is_err());
         assert_eq!(spp("64"), Ok(64));
+        assert!(threads("100000").is_err() && threads("-1").is_err() && threads("two").is_err());
         assert_eq!(threads("0"), Ok(0));
-        assert!(threads("100000").is_err() && threads("-1").is_err());
     }
 }

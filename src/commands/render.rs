@@ -2,15 +2,17 @@
 
 use super::Usage;
 use super::options::{check_size, crop, duration, pixel, size, spp, threads};
+use crate::session::console::{note, print};
+use crate::session::memory;
 use crate::session::progress::{Observer, ProgressMode, clock};
-use crate::session::stats::{Rays, Statistics, available_memory_bytes, peak_memory_bytes, resident_bytes};
+use crate::session::stats::{Rays, Statistics};
 use crate::session::tev::Tev;
 use crate::session::{Limits, Outcome, StoppedBy, render};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use sparing_image::atomic::{AtomicFile, check_writable};
 use sparing_image::exr::{ExrAttribute, film_layers, write_exr};
-use sparing_image::film::{Film, FilmOptions};
+use sparing_image::film::{Film, FilmOptions, TILE};
 use sparing_image::png::write_png;
 use sparing_render::integrator::Estimator;
 use sparing_render::{BuildOptions, Needs, RenderSettings, Renderer, Scene};
@@ -122,10 +124,16 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     let mut description = load(&arguments.scene)?;
     let load_seconds = load_start.elapsed().as_secs_f64();
     let plan = Plan::new(arguments, &mut description)?;
-    check_memory(&plan)?;
-    for output in plan.outputs.iter().chain(arguments.stats.iter().filter(|p| *p != Path::new("-"))) {
-        check_writable(output)?;
+    for file in plan.outputs.iter().chain(arguments.stats.as_ref().filter(|p| !is_standard_output(p))) {
+        check_writable(file)?;
     }
+    plan.check_memory()?;
+    let name = arguments.scene.display().to_string();
+    let tev = arguments.tev.as_deref().map(|address| {
+        Tev::connect(address, &format!("sparing {name}"))
+            .with_context(|| format!("cannot reach a viewer at {address}"))
+    });
+    let tev = tev.transpose()?;
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     let build_start = Instant::now();
@@ -133,18 +141,14 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     let scene = pool.install(|| Scene::build(description, options))?;
     let build_seconds = build_start.elapsed().as_secs_f64();
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        note(format_args!("warning: {warning}"));
     }
     if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
         return replay(&scene, &plan, pixel, sample);
     }
 
-    let name = arguments.scene.display().to_string();
-    let tev = arguments.tev.as_deref().map(|address| {
-        Tev::connect(address, &format!("sparing {name}"))
-            .with_context(|| format!("cannot reach a viewer at {address}"))
-    });
-    let mut observer = Observer::new(arguments.progress, tev.transpose()?);
+    let mut observer = Observer::new(arguments.progress, tev);
+    plan.check_memory()?; // the scene has taken its part by now
     // From here on the first signal ends the render with its picture saved, the second ends the process.
     let interrupt = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
@@ -155,7 +159,6 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     let renderer = Renderer::new(&scene, plan.settings, plan.film);
     let limits = Limits { spp: plan.spp, time: arguments.time_limit };
     let outcome = pool.install(|| render(&renderer, &mut film, limits, &interrupt, &mut observer));
-    observer.finish(outcome.stopped_by);
 
     let statistics = statistics(
         &name,
@@ -169,18 +172,21 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     );
     save(&plan, &film, &statistics, arguments.exposure)?;
     if let Some(path) = &arguments.stats {
-        write_stats(path, &statistics)?;
+        write_stats(path, &statistics, arguments.progress)?;
     }
-    report(&plan, &statistics, arguments);
+    observer.finish(outcome.stopped_by);
+    report(&plan, &film, &statistics, arguments);
     Ok(if outcome.stopped_by == StoppedBy::Interrupt { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
 /// Loads a scene and prints its warnings; errors show the place in the file.
 pub(super) fn load(path: &Path) -> anyhow::Result<SceneDescription> {
-    let description = sparing_scene::load(path)
-        .map_err(|e| anyhow::anyhow!("{}", e.report().trim().trim_start_matches("error: ")))?;
+    let description = sparing_scene::load(path).map_err(|e| {
+        let report = e.report();
+        anyhow::anyhow!("{}", report.strip_prefix("error: ").unwrap_or(&report).trim_end())
+    })?;
     for warning in &description.warnings {
-        eprintln!("warning: {warning}");
+        note(format_args!("warning: {warning}"));
     }
     Ok(description)
 }
@@ -243,24 +249,19 @@ impl Plan {
     }
 }
 
-/// Refuses a picture whose film would not fit: the system would kill the process later.
-fn check_memory(plan: &Plan) -> anyhow::Result<()> {
-    let [x0, y0, x1, y1] = plan.crop;
-    let needed = Film::bytes_for(x1 - x0, y1 - y0, plan.film);
-    // The picture is copied once more to be written.
-    let needed = needed + 32 * u64::from(x1 - x0) * u64::from(y1 - y0);
-    let available = available_memory_bytes();
-    if needed > available {
-        let gib = |b: u64| b as f64 / f64::from(1 << 30);
-        bail!(
-            "a picture of {}x{} needs {:.1} GiB of memory, but {:.1} GiB are available; render parts of it with --crop",
-            x1 - x0,
-            y1 - y0,
-            gib(needed),
-            gib(available)
-        );
+/// Layers of a picture and their copies while it is written, bytes a pixel: never below what is measured.
+const LAYER_BYTES: u64 = 128;
+
+impl Plan {
+    /// Whether the film and the pictures made of it fit into memory: an error now, not a kill in an hour.
+    fn check_memory(&self) -> anyhow::Result<()> {
+        let [x0, y0, x1, y1] = self.crop.map(u64::from);
+        let tile = u64::from(TILE);
+        let tiles = (x1.div_ceil(tile) - x0 / tile) * (y1.div_ceil(tile) - y0 / tile);
+        let film = tiles * Film::new([TILE, TILE], [0, 0, TILE, TILE], self.film).bytes();
+        let what = format!("a picture of {}x{}", x1 - x0, y1 - y0);
+        memory::check(&what, film + (x1 - x0) * (y1 - y0) * LAYER_BYTES).map_err(anyhow::Error::msg)
     }
-    Ok(())
 }
 
 fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<PathBuf>> {
@@ -268,14 +269,35 @@ fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<Path
         let named = d.film.filename.as_ref().and_then(|f| Path::new(f).file_stem().map(PathBuf::from));
         let stem =
             named.or_else(|| a.scene.file_stem().map(PathBuf::from)).unwrap_or_else(|| "render".into());
-        return Ok(vec![stem.with_extension("exr")]);
+        let mut name = stem.into_os_string(); // not with_extension: `a.b.pbrt` makes `a.b.exr`
+        name.push(".exr");
+        return Ok(vec![name.into()]);
     }
     for path in &a.output {
         if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Usage::error(format!("{}: pictures are written as .exr or .png", path.display())));
         }
     }
+    let mut targets: Vec<PathBuf> = Vec::new();
+    for path in a.output.iter().chain(&a.stats) {
+        let target = target(path);
+        if targets.contains(&target) {
+            return Err(Usage::error(format!("{} is to be written twice", path.display())));
+        }
+        targets.push(target);
+    }
     Ok(a.output.clone())
+}
+
+/// The file that a path leads to, whether it exists already or not.
+fn target(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let named = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(named).unwrap_or_else(|| path.to_owned())
+}
+
+fn is_standard_output(path: &Path) -> bool {
+    path == Path::new("-")
 }
 
 fn is_exr(path: &Path) -> bool {
@@ -318,8 +340,8 @@ fn statistics(
         invalid_samples: film.invalid_samples(),
         first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
         stopped_by: outcome.stopped_by,
-        peak_memory_bytes: peak_memory_bytes(),
-        resident_bytes: resident_bytes(),
+        peak_memory_bytes: memory::peak_bytes(),
+        resident_bytes: memory::resident_bytes(),
         film_bytes: film.bytes(),
         embree_bytes: scene.statistics.embree_bytes,
         geometry_bytes: scene.statistics.geometry_bytes,
@@ -387,12 +409,13 @@ fn stop_name(s: StoppedBy) -> &'static str {
     }
 }
 
-fn write_stats(path: &Path, s: &Statistics) -> anyhow::Result<()> {
-    let json = serde_json::to_string_pretty(s)?;
-    if path == Path::new("-") {
-        println!("{json}");
-        return Ok(());
+fn write_stats(path: &Path, s: &Statistics, progress: ProgressMode) -> anyhow::Result<()> {
+    if is_standard_output(path) {
+        // Among progress lines the statistics are one line too.
+        let one_line = progress == ProgressMode::Json;
+        return print(if one_line { serde_json::to_string(s)? } else { serde_json::to_string_pretty(s)? });
     }
+    let json = serde_json::to_string_pretty(s)?;
     let mut file = AtomicFile::create(path)?;
     file.write_all(json.as_bytes())
         .and_then(|()| file.write_all(b"\n"))
@@ -401,21 +424,25 @@ fn write_stats(path: &Path, s: &Statistics) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn report(plan: &Plan, s: &Statistics, arguments: &RenderArguments) {
+fn report(plan: &Plan, film: &Film, s: &Statistics, arguments: &RenderArguments) {
     if s.invalid_samples > 0 {
         let place = s
             .first_invalid
             .map_or(String::new(), |[x, y, n]| format!("; the first: --pixel {x},{y} --sample {n}"));
-        eprintln!(
+        note(format_args!(
             "warning: {} samples were not finite or negative and count as black{place}",
             s.invalid_samples
-        );
+        ));
+    }
+    let empty = film.map(|t, i| t.pixels[i].count() == 0).into_iter().filter(|empty| *empty).count();
+    if empty > 0 {
+        note(format_args!("warning: {empty} pixels got no sample before the stop and are black"));
     }
     if arguments.progress == ProgressMode::None || arguments.progress == ProgressMode::Json {
         return;
     }
     let files: Vec<String> = plan.outputs.iter().map(|p| p.display().to_string()).collect();
-    eprintln!(
+    note(format_args!(
         "{}: {}x{}, {:.1} samples per pixel, {} ({:.2} million samples and {:.1} million rays a second)",
         files.join(", "),
         s.width,
@@ -424,9 +451,9 @@ fn report(plan: &Plan, s: &Statistics, arguments: &RenderArguments) {
         clock(s.render_seconds),
         s.samples as f64 / s.render_seconds.max(1e-9) / 1e6,
         s.rays_per_second / 1e6,
-    );
+    ));
     if s.stopped_by != StoppedBy::Spp {
-        eprintln!("stopped by {}; the picture so far is saved", stop_name(s.stopped_by));
+        note(format_args!("stopped by {}; the picture so far is saved", stop_name(s.stopped_by)));
     }
 }
 
@@ -454,6 +481,6 @@ fn replay(scene: &Scene, plan: &Plan, pixel: [u32; 2], sample: u32) -> anyhow::R
         "bounce_rays": rays.bounce,
         "shadow_rays": rays.shadow,
     });
-    println!("{}", serde_json::to_string_pretty(&json)?);
+    print(serde_json::to_string_pretty(&json)?)?;
     Ok(ExitCode::SUCCESS)
 }

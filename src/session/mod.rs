@@ -1,5 +1,7 @@
 //! A render from start to stop: waves, limits, progress, statistics.
 
+pub mod console;
+pub mod memory;
 pub mod progress;
 pub mod stats;
 pub mod tev;
@@ -95,7 +97,7 @@ pub fn render(
         let wave = Wave { target, ..Wave::default() };
         let wave_start = Instant::now();
         let finished = AtomicBool::new(false);
-        let deadline = limits.time.map(|t| start + t);
+        let deadline = limits.time.and_then(|t| start.checked_add(t));
         let rays = std::thread::scope(|scope| {
             let (wave, observer, finished) = (&wave, &*observer, &finished);
             scope.spawn(move || {

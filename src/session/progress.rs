@@ -1,5 +1,6 @@
 //! Progress for people (a bar or lines on standard error) and for machines (JSON lines on standard output).
 
+use super::console::note;
 use super::tev::Tev;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -99,21 +100,21 @@ impl Observer {
     pub fn barrier(&mut self, film: &Film, p: &Progress) {
         self.tick(p);
         if self.lines {
-            eprintln!(
+            note(format_args!(
                 "{:>4.0} %  {} spp  {} pixels active  {}",
                 p.fraction() * 100.0,
                 p.spp,
                 p.active_pixels,
                 clock(p.start.elapsed().as_secs_f64())
-            );
+            ));
         }
         if let Some(Err(e)) = self.tev.as_mut().map(|tev| tev.update(film)) {
-            eprintln!("warning: the viewer is gone: {e}");
+            note(format_args!("warning: the viewer is gone: {e}"));
             self.tev = None;
         }
     }
 
-    /// Called once at the end.
+    /// Called once at the end, when everything is saved.
     pub fn finish(&self, stopped_by: super::StoppedBy) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -73,28 +73,3 @@ pub struct Rays {
     /// To lights.
     pub shadow: u64,
 }
-
-/// Largest resident memory of this process so far; 0 where the system does not say.
-#[must_use]
-pub fn peak_memory_bytes() -> u64 {
-    kibibytes("/proc/self/status", "VmHWM:").unwrap_or(0)
-}
-
-/// Resident memory of this process now; 0 where the system does not say.
-#[must_use]
-pub fn resident_bytes() -> u64 {
-    kibibytes("/proc/self/status", "VmRSS:").unwrap_or(0)
-}
-
-/// Memory that a process can have without swapping; unlimited where the system does not say.
-#[must_use]
-pub fn available_memory_bytes() -> u64 {
-    kibibytes("/proc/meminfo", "MemAvailable:").unwrap_or(u64::MAX)
-}
-
-/// A line of a file of the proc file system, as bytes.
-fn kibibytes(file: &str, name: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
-}

@@ -267,14 +267,6 @@ impl Film {
         self.tiles.iter().flat_map(|t| &t.pixels).map(|p| u64::from(p.count())).sum()
     }
 
-    /// Bytes that a film of this size will take at least.
-    #[must_use]
-    pub fn bytes_for(width: u32, height: u32, options: FilmOptions) -> u64 {
-        let auxiliary = if options.auxiliary { size_of::<AuxiliarySums>() } else { 0 };
-        let shapes = if options.shapes { size_of::<ShapeSet>() } else { 0 };
-        u64::from(width) * u64::from(height) * (size_of::<Pixel>() + auxiliary + shapes) as u64
-    }
-
     /// Bytes that the film takes.
     #[must_use]
     pub fn bytes(&self) -> u64 {
