@@ -19,8 +19,7 @@ fn silhouettes_are_not_black() {
     assert_eq!(ball.indices.len(), 80);
     d.shapes = vec![shape(Geometry::Triangles(ball))];
     d.camera.camera_to_world = Mat4::from_translation(Vec3::Z * -1.6);
-    d.lights =
-        vec![Light::Environment { radiance: Vec3::ONE, image: None, light_to_world: Mat3::IDENTITY }];
+    d.lights = vec![Light::Environment { radiance: Vec3::ONE, image: None, light_to_world: Mat3::IDENTITY }];
     let film = render(d, RenderSettings { max_depth: 20, ..RenderSettings::default() }, 256);
     let darkest = film.beauty().iter().map(|p| p[0]).fold(f32::MAX, f32::min);
     let brightest = film.beauty().iter().map(|p| p[0]).fold(0.0, f32::max);
