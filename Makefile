@@ -48,7 +48,7 @@ valgrind: setup ## run the tests of the Embree wrapper under memcheck (needs val
 	@crates/embree4/valgrind.sh
 
 references: setup ## render the reference pictures of the tests again (long; look at them before you commit)
-	@SPARING_WRITE_REFERENCES=1 $(CARGO) test --release -p sparing-render --test references -- --nocapture
+	@SPARING_WRITE_REFERENCES=1 $(CARGO) test --test integration references -- --nocapture
 
 docs: setup ## build the documentation of all crates
 	@$(CARGO) doc --workspace --no-deps

@@ -69,21 +69,21 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// A number of threads; 0 is all. Thousands are a slip that would bring the machine to its knees.
-pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(n @ 0..=1024) => Ok(n),
-        Ok(n) => Err(format!("{n} threads are too many: use at most 1024, or 0 for one a core")),
-        Err(_) => Err(format!("'{text}' is not a number of threads")),
-    }
-}
-
 /// A number of samples per pixel.
 pub fn spp(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(n @ 1..=1_048_576) => Ok(n),
         Ok(n) => Err(format!("{n} samples per pixel are not possible: use 1 to 1048576")),
         Err(_) => Err(format!("'{text}' is not a number of samples")),
+    }
+}
+
+/// A number of threads; many more than processors only make a machine unusable.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n @ 0..=1024) => Ok(n),
+        Ok(n) => Err(format!("{n} threads are too many: use 1 to 1024, or 0 for one a processor")),
+        Err(_) => Err(format!("'{text}' is not a number of threads")),
     }
 }
 
@@ -108,7 +108,7 @@ mod tests {
         }
         assert!(spp("0").is_err() && spp("-1").is_err() && spp("1.5").is_err() && spp("9999999").is_err());
         assert_eq!(spp("64"), Ok(64));
-        assert!(threads("100000").is_err() && threads("-1").is_err() && threads("two").is_err());
         assert_eq!(threads("0"), Ok(0));
+        assert!(threads("100000").is_err() && threads("-1").is_err());
     }
 }

@@ -48,8 +48,8 @@ pub struct RenderArguments {
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
-    /// Threads; 0 is all.
-    #[arg(long, default_value_t = 0, value_parser = threads)]
+    /// Threads, at most 1024; 0 is all.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     threads: usize,
     /// Size of the picture, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = size)]

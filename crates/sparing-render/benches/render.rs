@@ -67,7 +67,9 @@ fn random_numbers(c: &mut Criterion) {
             b.iter(|| black_box(s.get_2d_packet(black_box(32), 3, Dimension::Light)));
         });
         group.bench_function(format!("{name}, one by one"), |b| {
-            b.iter(|| std::array::from_fn::<_, 16, _>(|i| s.get_2d(black_box(32) + i as u32, 3, Dimension::Light)));
+            b.iter(|| {
+                std::array::from_fn::<_, 16, _>(|i| s.get_2d(black_box(32) + i as u32, 3, Dimension::Light))
+            });
         });
     }
     group.finish();
