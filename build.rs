@@ -9,14 +9,17 @@ fn main() {
             println!("cargo:rustc-link-arg=-Wl,-rpath,{lib}");
         }
     }
-    println!("cargo:rerun-if-changed=.git/HEAD");
-    let commit = Command::new("git")
-        .args(["rev-parse", "--short=10", "HEAD"])
-        .output()
-        .ok()
-        .filter(|o| o.status.success())
-        .and_then(|o| String::from_utf8(o.stdout).ok());
+    let log =
+        git(&["rev-parse", "--git-path", "logs/HEAD"]).filter(|path| std::path::Path::new(path).is_file());
+    println!("cargo:rerun-if-changed={}", log.as_deref().unwrap_or("build.rs"));
+    let commit = git(&["rev-parse", "--short=10", "HEAD"]);
     let version = env!("CARGO_PKG_VERSION");
-    let stamp = commit.map_or(version.to_owned(), |c| format!("{version} ({})", c.trim()));
+    let stamp = commit.map_or(version.to_owned(), |c| format!("{version} ({c})"));
     println!("cargo:rustc-env=SPARING_VERSION={stamp}");
+}
+
+/// What git prints, trimmed; `None` without git or outside a checkout.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok().filter(|o| o.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
 }

@@ -33,9 +33,10 @@ fn find() -> Embree {
     }
     for prefix in candidates {
         let header = prefix.join("include/embree4/rtcore_config.h");
-        println!("cargo:rerun-if-changed={}", header.display());
         searched.push(header.display().to_string());
         if header.is_file() {
+            // Only a file that is there: a missing one would make cargo run this again every time.
+            println!("cargo:rerun-if-changed={}", header.display());
             let system = prefix == Path::new("/usr");
             let prefix = prefix.canonicalize().unwrap_or(prefix);
             let lib = (!system).then(|| library_folder(&prefix));

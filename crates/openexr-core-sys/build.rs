@@ -36,9 +36,10 @@ fn find() -> OpenExr {
     let mut searched = Vec::new();
     for prefix in candidates {
         let header = prefix.join("include/OpenEXR/openexr.h");
-        println!("cargo:rerun-if-changed={}", header.display());
         searched.push(header.display().to_string());
         if header.is_file() {
+            // Only a file that is there: a missing one would make cargo run this again every time.
+            println!("cargo:rerun-if-changed={}", header.display());
             let lib = (prefix != Path::new("/usr")).then(|| library_folder(&prefix));
             return OpenExr { include: prefix.join("include"), lib };
         }

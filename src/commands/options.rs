@@ -78,15 +78,6 @@ pub fn spp(text: &str) -> Result<u32, String> {
     }
 }
 
-/// A number of threads; many more than processors only make a machine unusable.
-pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(n @ 0..=1024) => Ok(n),
-        Ok(n) => Err(format!("{n} threads are too many: use 1 to 1024, or 0 for one a processor")),
-        Err(_) => Err(format!("'{text}' is not a number of threads")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,7 +99,7 @@ mod tests {
         }
         assert!(spp("0").is_err() && spp("-1").is_err() && spp("1.5").is_err() && spp("9999999").is_err());
         assert_eq!(spp("64"), Ok(64));
+        assert!(threads("100000").is_err() && threads("-1").is_err() && threads("two").is_err());
         assert_eq!(threads("0"), Ok(0));
-        assert!(threads("100000").is_err() && threads("-1").is_err());
     }
 }

@@ -135,12 +135,6 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     });
     let tev = tev.transpose()?;
 
-    // The first signal ends the render with its picture saved, the second ends the process.
-    let interrupt = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
-        signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     let build_start = Instant::now();
     let options = BuildOptions { threads: arguments.threads, robust: !arguments.no_robust };
@@ -155,6 +149,12 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
 
     let mut observer = Observer::new(arguments.progress, tev);
     plan.check_memory()?; // the scene has taken its part by now
+    // From here on the first signal ends the render with its picture saved, the second ends the process.
+    let interrupt = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
+        signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
+    }
     let mut film = Film::new(plan.size, plan.crop, plan.film);
     let renderer = Renderer::new(&scene, plan.settings, plan.film);
     let limits = Limits { spp: plan.spp, time: arguments.time_limit };

@@ -2,6 +2,8 @@
 //!
 //!     cargo bench -p sparing-render --bench render
 
+#![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;

@@ -18,7 +18,16 @@ fn furnace(geometry: Geometry, albedo: f32, reverse: bool) -> sparing_scene::Sce
 #[test]
 fn closed_emitters_shine_with_one_over_one_minus_albedo() {
     let sphere = Geometry::Sphere { center: Vec3::ZERO, radius: 2.0, axes: [Vec3::X, Vec3::Y, Vec3::Z] };
-    let shapes = [("sphere", sphere), ("box", common::closed_box(1.5)), ("quads", common::quad_box(1.5))];
+    let mut crooked = common::quad_box(1.5);
+    if let Geometry::Quads(m) = &mut crooked {
+        m.positions[7] = [0.9, 1.2, 1.3]; // three quads are no parallelograms any more, nor planar
+    }
+    let shapes = [
+        ("sphere", sphere),
+        ("box", common::closed_box(1.5)),
+        ("quads", common::quad_box(1.5)),
+        ("crooked quads", crooked),
+    ];
     for (name, geometry) in shapes {
         for albedo in [0.0, 0.5, 0.8] {
             for estimator in [Estimator::Mis, Estimator::LightOnly, Estimator::BsdfOnly] {

@@ -310,7 +310,7 @@ fn trace_packet<const NEEDS: u32>(
         }
     }
     for (lane, path) in paths.iter().enumerate().take(n) {
-        tile.add_sample(index, first + lane as u32, path.radiance, path.filter_weight);
+        tile.add_sample(index, first + lane as u32, path.radiance * scene.film_scale, path.filter_weight);
     }
     statistics
 }

@@ -14,9 +14,9 @@ use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Nodes of the table along the cosine, at squares of even steps.
-const COSINES: usize = 12;
-/// Nodes along alpha.
-const ALPHAS: usize = 9;
+const COSINES: usize = 16;
+/// Nodes along alpha, at squares of even steps, too: narrow lobes change fast near grazing angles.
+const ALPHAS: usize = 17;
 
 /// Directional albedo of a rough coat minus its Fresnel reflectance, and the means that follow.
 #[derive(Clone, Debug)]
@@ -49,20 +49,22 @@ pub struct CoatedDiffuse {
     pub ggx: Ggx,
 }
 
+/// Position of node `i` of `n` in 0..1.
+fn square(i: usize, n: usize) -> f32 {
+    (i as f32 / (n - 1) as f32).powi(2)
+}
+
 impl CoatTable {
     /// Integrates the coat of index `eta`; some milliseconds.
     #[must_use]
     pub fn new(eta: f32) -> Self {
-        Self {
-            eta,
-            rows: Box::new(std::array::from_fn(|i| CoatRow::new(eta, i as f32 / (ALPHAS - 1) as f32))),
-        }
+        Self { eta, rows: Box::new(std::array::from_fn(|i| CoatRow::new(eta, square(i, ALPHAS)))) }
     }
 
     /// The row of a roughness, interpolated; anisotropic coats go by their mean.
     #[must_use]
     pub fn row(&self, ggx: &Ggx) -> CoatRow {
-        let x = ggx.mean_alpha() * (ALPHAS - 1) as f32;
+        let x = ggx.mean_alpha().sqrt() * (ALPHAS - 1) as f32;
         let i = (x as usize).min(ALPHAS - 2);
         let t = x - i as f32;
         let (a, b) = (&self.rows[i], &self.rows[i + 1]);
@@ -84,7 +86,7 @@ impl CoatTable {
 impl CoatRow {
     fn new(eta: f32, alpha: f32) -> Self {
         let ggx = Ggx::new(alpha, alpha);
-        let cos = |i: usize| ((i as f32) / (COSINES - 1) as f32).powi(2);
+        let cos = |i: usize| square(i, COSINES);
         let correction = std::array::from_fn(|i| {
             if ggx.is_smooth() {
                 0.0

@@ -121,6 +121,7 @@ impl Scene {
             lights,
             camera,
             filter,
+            film_scale: description.film.scale,
             features: features(needs),
             needs,
             warnings,

@@ -104,27 +104,24 @@ impl LightBuilder {
                         mesh.uvs.as_ref().map_or([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], |uvs| {
                             f.map(|i| uvs[i as usize])
                         });
-                    if !is_parallelogram(&p) {
-                        return Err(BuildError::Invalid(
-                            "an emitting quad must be a parallelogram; split it into triangles".into(),
-                        ));
-                    }
-                    let corner = [p[0], p[1], p[3]];
-                    let turned =
-                        against_normals(&corner, mesh.normals.as_deref(), &[f[0], f[1], f[3]], instance);
-                    let flip = turned.unwrap_or(mirrored) != shape.flip;
-                    let light = FlatLight::new(
-                        p[0],
-                        p[1] - p[0],
-                        p[3] - p[0],
-                        flip,
-                        true,
-                        [uvs[0], uvs[1], uvs[3]],
-                        emission,
-                    );
-                    lights.push(light.map_or(u32::MAX, |l| self.push(Light::Flat(l))));
+                    let mut half = |[a, b, c]: [usize; 3], parallelogram| {
+                        let corners = [p[a], p[b], p[c]];
+                        let normals = mesh.normals.as_deref();
+                        let turned = against_normals(&corners, normals, &[f[a], f[b], f[c]], instance);
+                        let flip = turned.unwrap_or(mirrored) != shape.flip;
+                        let (u, v) = (p[b] - p[a], p[c] - p[a]);
+                        let uvs = [uvs[a], uvs[b], uvs[c]];
+                        let light = FlatLight::new(p[a], u, v, flip, parallelogram, uvs, emission);
+                        light.map_or(FaceLights::DARK, |l| self.push(Light::Flat(l)))
+                    };
+                    lights.push(if is_parallelogram(&p) {
+                        [half([0, 1, 3], true); 2]
+                    } else {
+                        [half([0, 1, 3], false), half([2, 3, 1], false)]
+                    });
                 }
-                lights
+                self.sources += 1;
+                return Ok(FaceLights::PerHalf(lights));
             }
             ShapeGeometry::Sphere { center, radius, axes } => {
                 let (scale, rotation) = similarity(instance)?;
@@ -169,7 +166,7 @@ impl LightBuilder {
             }
             let [a, b, c] = face.p;
             let light = FlatLight::new(a, b - a, c - a, face.flip, false, face.uvs, emission);
-            lights.push(light.map_or(u32::MAX, |l| self.push(Light::Flat(l))));
+            lights.push(light.map_or(FaceLights::DARK, |l| self.push(Light::Flat(l))));
         }
         lights
     }

@@ -65,6 +65,8 @@ pub struct Scene {
     pub(crate) lights: LightTable,
     pub(crate) camera: Camera,
     pub(crate) filter: FilterSampler,
+    /// Factor on radiance: exposure of the scene's film.
+    pub(crate) film_scale: f32,
     pub(crate) features: embree4::FeatureMask,
     needs: Needs,
     /// What was left out or looks wrong, one sentence each.
@@ -156,10 +158,10 @@ impl Scene {
     #[must_use]
     pub fn light_of(&self, hit: &SurfaceHit) -> Option<u32> {
         match hit.instance {
-            None => self.shapes[hit.shape as usize].lights.get(hit.face),
+            None => self.shapes[hit.shape as usize].lights.get(hit),
             Some(i) => {
                 let record = &self.instances[i as usize];
-                record.lights[(hit.shape - record.first_shape) as usize].get(hit.face)
+                record.lights[(hit.shape - record.first_shape) as usize].get(hit)
             }
         }
     }

@@ -83,19 +83,28 @@ pub enum FaceLights {
     /// The shape does not emit.
     #[default]
     None,
-    /// Light of each face; `u32::MAX` for a face without area.
+    /// Light of each face; [`FaceLights::DARK`] for a face without area.
     PerFace(Vec<u32>),
+    /// Lights of the two halves of each quad: Embree's triangles (0,1,3) and (2,3,1).
+    PerHalf(Vec<[u32; 2]>),
 }
 
 impl FaceLights {
-    /// Light of a face.
+    /// No light: a face without area.
+    pub const DARK: u32 = u32::MAX;
+
+    /// Light at a hit.
     #[inline]
     #[must_use]
-    pub fn get(&self, face: u32) -> Option<u32> {
-        match self {
+    pub fn get(&self, hit: &SurfaceHit) -> Option<u32> {
+        let light = match self {
             Self::None => None,
-            Self::PerFace(lights) => lights.get(face as usize).copied().filter(|l| *l != u32::MAX),
-        }
+            Self::PerFace(lights) => lights.get(hit.face as usize).copied(),
+            Self::PerHalf(lights) => {
+                lights.get(hit.face as usize).map(|l| l[usize::from(hit.u + hit.v > 1.0)])
+            }
+        };
+        light.filter(|l| *l != Self::DARK)
     }
 }
 

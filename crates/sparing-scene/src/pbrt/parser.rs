@@ -149,7 +149,9 @@ impl<'o> Parser<'o> {
     pub fn skip_words(&mut self) -> Result<(), SceneError> {
         while let Some((token, source)) = self.peek()? {
             let word = token.bytes(source);
-            let directive = word.first().is_some_and(u8::is_ascii_uppercase);
+            // `ActiveTransform` has words of its own that look like directives.
+            let own = matches!(word, b"All" | b"StartTime" | b"EndTime");
+            let directive = !own && word.first().is_some_and(u8::is_ascii_uppercase);
             if token.kind != TokenKind::Word || directive {
                 break;
             }
