@@ -69,6 +69,15 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// A number of threads; 0 is all. Thousands are a slip that would bring the machine to its knees.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n @ 0..=1024) => Ok(n),
+        Ok(n) => Err(format!("{n} threads are too many: use at most 1024, or 0 for one a core")),
+        Err(_) => Err(format!("'{text}' is not a number of threads")),
+    }
+}
+
 /// A number of samples per pixel.
 pub fn spp(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {

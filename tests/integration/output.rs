@@ -266,10 +266,7 @@ fn threads_do_not_matter_and_seeds_do() {
 fn options_do_what_they_say() {
     let f = folder();
     let render = |rest: &str| {
-        ok(
-            f.path(),
-            &format!("render @cornell-box.pbrt --size 30x30 -o a.exr --progress none {rest}"),
-        );
+        ok(f.path(), &format!("render @cornell-box.pbrt --size 30x30 -o a.exr --progress none {rest}"));
         Exr::read(&f.path().join("a.exr"))
     };
     // Deeper paths bring more light; none at all, only the lamp: 17, 12, 4 or nothing.
