@@ -40,16 +40,16 @@ pub struct RenderArguments {
     #[arg(long, value_enum)]
     sampler: Option<Sampler>,
     /// Samples per pixel. Default: what the scene says, else 64.
-    #[arg(long, value_parser = spp)]
+    #[arg(long, value_parser = spp, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// End sampling after this time: 90, 30s, 5m, 1h.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time_limit: Option<Duration>,
     /// Seed of all random numbers.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Threads, at most 1024; 0 is all.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
     /// Size of the picture, overriding the scene's.
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -58,7 +58,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
     crop: Option<[u32; 4]>,
     /// Bounces after the camera ray, overriding the scene's.
-    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u32).range(0..=10_000), allow_negative_numbers = true)]
     max_depth: Option<u32>,
     /// Estimator of direct light, for studies.
     #[arg(long, value_enum, default_value_t, hide_short_help = true)]

@@ -174,6 +174,10 @@ impl Builder<'_> {
         let path = self.required_file(params, "filename", at)?;
         let own_materials = params.bool("mtl")?.unwrap_or(false);
         let file = obj::read(&path, self.options, &mut self.warnings)?;
+        if file.parts.iter().all(|part| part.mesh.indices.is_empty()) {
+            let message = format!("there are no faces in `{}`", path.display());
+            return Err(SceneError::new(ErrorKind::Invalid, message).at(at));
+        }
         let materials = if own_materials {
             obj::add_materials(&file, &mut self.scene, &mut self.images, &mut self.warnings)
         } else {

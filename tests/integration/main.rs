@@ -1,0 +1,11 @@
+//! End-to-end tests: the command as people run it, and whole renders against stored references.
+//!
+//! The tests of the command run the binary in a folder of its own, with a time limit, and check on every run
+//! that nothing panicked ([`common::run`]).
+
+mod bad_input;
+mod cli;
+mod common;
+mod interrupt;
+mod output;
+mod references;
