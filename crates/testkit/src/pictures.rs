@@ -2,7 +2,8 @@
 //!
 //! A picture is a mean and the variance of that mean per pixel and channel. Differences are tested at several
 //! scales, since errors have several: single pixels (an edge, an outlier), blocks of 4 x 4 and 16 x 16 (one material
-//! a few per cent off) and the whole picture (a light a few per mille off). Each scale is a Z-test of
+//! a few per cent off), the whole picture, and its brightness: the factor that fits best, blocks weighted by how
+//! well they are known, so that noisy highlights do not hide a light a few per mille off. Each is a Z-test of
 //! [`sparing_image::metrics::z_test`] with Šidák's correction for the number of its pixels.
 //!
 //! A Z-test wants normal means and true variances; path tracing with few samples has neither where light is found
@@ -19,6 +20,9 @@ use sparing_image::metrics::{ErrorKind, Exposure, error_map, false_color, z_test
 use sparing_image::png::write_png;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// How many scales pictures are compared at.
+pub const SCALES: usize = 5;
 
 /// Share of the single-pixel tests that may reject.
 pub const PIXEL_SHARE: f64 = 0.0025;
@@ -41,8 +45,8 @@ pub struct Estimate {
 /// One scale of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Side of the blocks, pixels; 0 is the whole picture.
-    pub side: u32,
+    /// Name for people.
+    pub name: &'static str,
     /// Tests made.
     pub tests: u64,
     /// Share of them that reject.
@@ -119,7 +123,7 @@ impl Estimate {
     }
 }
 
-/// Tests a picture against a reference at four scales, each at a quarter of `level`.
+/// Tests a picture against a reference at [`SCALES`] scales, each at its share of `level`.
 ///
 /// # Panics
 /// If the sizes differ, or anything is not finite.
@@ -127,22 +131,53 @@ impl Estimate {
 pub fn compare(picture: &Estimate, reference: &Estimate, level: f64) -> Vec<Scale> {
     assert_eq!((picture.width, picture.height), (reference.width, reference.height), "sizes");
     let picture = picture.with_known_variance(reference);
-    let scales = [1, 4, 16, 0].map(|side| {
-        let (p, r) = (picture.blocks(side), reference.blocks(side));
-        let z =
-            z_test(&p.mean, &p.variance, &r.mean, &r.variance, level / 4.0).unwrap_or_else(|e| panic!("{e}"));
+    let test = |name, p: &Estimate, r: &Estimate, allowed| {
+        let z = z_test(&p.mean, &p.variance, &r.mean, &r.variance, level / SCALES as f64)
+            .unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(z.skipped, 0, "a value or variance is not finite");
         let rejected = 1.0 - z.accepted;
-        let allowed = if side == 1 { PIXEL_SHARE } else { 0.0 };
-        Scale {
-            side,
-            tests: z.tests,
-            rejected,
-            worst: z.min_p / z.threshold,
-            accepts: z.tests > 0 && rejected <= allowed,
+        let accepts = z.tests > 0 && rejected <= allowed;
+        Scale { name, tests: z.tests, rejected, worst: z.min_p / z.threshold, accepts }
+    };
+    let of_blocks = |name, side| test(name, &picture.blocks(side), &reference.blocks(side), 0.0);
+    let factor = best_factor(&picture.blocks(4), &reference.blocks(4));
+    let one = Estimate { width: 1, height: 1, samples: 1, mean: vec![[1.0; 3]], variance: vec![[0.0; 3]] };
+    vec![
+        test("pixels", &picture, reference, PIXEL_SHARE),
+        of_blocks("blocks of 4 x 4", 4),
+        of_blocks("blocks of 16 x 16", 16),
+        of_blocks("whole picture", 0),
+        test("brightness", &factor, &one, 0.0),
+    ]
+}
+
+/// The factor by channel that fits a picture to a reference best (least squares, weighted by variance), as one
+/// pixel. Only the reference's variance weighs: the picture's own is not independent of its noise.
+fn best_factor(picture: &Estimate, reference: &Estimate) -> Estimate {
+    let mut out = Estimate { width: 1, height: 1, samples: picture.samples, ..Estimate::default() };
+    let (mut mean, mut variance) = ([1.0f32; 3], [0.0f32; 3]);
+    for c in 0..3 {
+        let (mut difference, mut norm, mut noise) = (0.0, 0.0, 0.0);
+        for i in 0..picture.mean.len() {
+            let value = |v: &[[f32; 3]]| f64::from(v[i][c]);
+            let (p, r) = (value(&picture.mean), value(&reference.mean));
+            let known = value(&reference.variance);
+            // A block without noise must not outweigh all others: a per mille of its value counts as noise.
+            let weight = r / (known + 1e-6 * r * r);
+            if weight.is_finite() {
+                difference += weight * (p - r);
+                norm += weight * r;
+                noise += weight * weight * (value(&picture.variance) + known);
+            }
         }
-    });
-    scales.to_vec()
+        if norm > 0.0 {
+            mean[c] = (1.0 + difference / norm) as f32;
+            variance[c] = (noise / (norm * norm) + f64::from(f32::EPSILON).powi(2)) as f32;
+        }
+    }
+    out.mean.push(mean);
+    out.variance.push(variance);
+    out
 }
 
 /// Compares, and on rejection writes picture, reference, relative error and Z map as PNG into `folder`.
@@ -162,11 +197,8 @@ pub fn check(
     }
     let mut message = format!("{name} differs from its reference:");
     for s in scales {
-        let what = match s.side {
-            0 => "whole picture".to_owned(),
-            n => format!("blocks of {n} x {n}"),
-        };
         let verdict = if s.accepts { "accepts" } else { "REJECTS" };
+        let what = s.name;
         let _ = write!(
             message,
             "\n  {verdict} {what}: {:.3} % of {} tests, smallest p-value {:.1e} of the threshold",
@@ -274,7 +306,7 @@ mod tests {
     fn equal_scenes_pass_for_every_seed() {
         let reference = picture(1024, 1, gradient);
         for seed in 2..22 {
-            assert_eq!(accepted(&picture(64, seed, gradient), &reference), [true; 4], "seed {seed}");
+            assert_eq!(accepted(&picture(64, seed, gradient), &reference), [true; SCALES], "seed {seed}");
         }
     }
 
@@ -283,6 +315,7 @@ mod tests {
         let reference = picture(1024, 1, gradient);
         let whole = picture(64, 2, gradient).scaled(1.02);
         assert!(!accepted(&whole, &reference)[3], "2 % of the whole picture");
+        assert!(!accepted(&whole, &reference)[4], "2 % of brightness");
         let patch = |x: u32, y: u32| if x >= 32 && y < 16 { 1.08 } else { 1.0 };
         let patch = picture(64, 3, |x, y| gradient(x, y) * patch(x, y));
         assert!(!accepted(&patch, &reference)[2], "8 % of a patch");
@@ -300,10 +333,10 @@ mod tests {
             mean: vec![[v; 3]; 35],
             variance: vec![[0.0; 3]; 35],
         };
-        assert_eq!(accepted(&flat(0.3), &flat(0.3)), [true; 4]);
-        assert_eq!(accepted(&flat(f32::from_bits(0.3f32.to_bits() + 1)), &flat(0.3)), [true; 4]);
-        assert_eq!(accepted(&flat(0.3001), &flat(0.3)), [false; 4]);
-        assert_eq!(accepted(&flat(0.0), &flat(0.0)), [true; 4]);
+        assert_eq!(accepted(&flat(0.3), &flat(0.3)), [true; SCALES]);
+        assert_eq!(accepted(&flat(f32::from_bits(0.3f32.to_bits() + 1)), &flat(0.3)), [true; SCALES]);
+        assert_eq!(accepted(&flat(0.3001), &flat(0.3)), [false; SCALES]);
+        assert_eq!(accepted(&flat(0.0), &flat(0.0)), [true; SCALES]);
     }
 
     #[test]
