@@ -52,6 +52,7 @@ mod tests {
     fn too_much_is_refused() {
         assert_eq!(check("it", 1 << 20), Ok(()));
         assert!(check("it", 1 << 60).is_err_and(|e| e.starts_with("it needs 1073741824.0 GiB of memory")));
-        assert!(peak_bytes() >= resident_bytes() && resident_bytes() > 0);
+        // Not compared with each other: other tests allocate meanwhile, and the kernel counts in batches.
+        assert!(peak_bytes() > 0 && resident_bytes() > 0);
     }
 }
