@@ -17,6 +17,7 @@ use sparing::render::{BuildOptions, RenderSettings, Renderer, Scene};
 use sparing::scene::SceneDescription;
 use sparing::scene::description::{ColorInput, MaterialKind, SamplerKind};
 use std::path::PathBuf;
+use std::sync::Once;
 use testkit::pictures::{Estimate, check, compare};
 
 /// A scene, the size it is rendered at, samples per pixel of the test (so many that 2 % of light show) and of the
@@ -92,8 +93,14 @@ fn render(d: SceneDescription, sampler: SamplerKind, seed: u64, estimator: Estim
     estimate(&film(d, s, spp), spp)
 }
 
-/// The stored reference; written first if the environment asks for it.
+/// The stored reference. If the environment asks for it, the first test to come here renders all of them.
 fn reference(case: &Case) -> Estimate {
+    static WRITE: Once = Once::new();
+    WRITE.call_once(|| {
+        if std::env::var_os("SPARING_WRITE_REFERENCES").is_some_and(|v| v == "1") {
+            CASES.iter().for_each(write_reference);
+        }
+    });
     let path = reference_path(case);
     let image = read_exr(&path).unwrap_or_else(|e| panic!("{e}; `make references` renders it"));
     let count = image.channel("SampleCount.Y").expect("a sample count");
@@ -127,12 +134,8 @@ fn write_reference(case: &Case) {
 /// All scenes in one test: the renderer uses all processors anyway.
 #[test]
 fn references_agree() {
-    let write = std::env::var_os("SPARING_WRITE_REFERENCES").is_some_and(|v| v == "1");
     let mut wrong = Vec::new();
     for case in &CASES {
-        if write {
-            write_reference(case);
-        }
         let reference = reference(case);
         assert_eq!(reference.samples, case.reference_spp);
         let name = case.name.replace('/', "-");
