@@ -1,0 +1,10 @@
+//! Support vector machines, evaluated millions of times: libSVM model files, training, and the machinery that
+//! makes a decision cheap.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
+
+pub mod model;
+
+pub use model::{Kernel, Model, SvmType};
