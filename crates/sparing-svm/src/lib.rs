@@ -3,8 +3,13 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`error`] | the one error, with file and line |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
 
+mod atomic;
+pub mod error;
 pub mod model;
+mod text;
 
+pub use error::{Result, SvmError};
 pub use model::{Kernel, Model, SvmType};
