@@ -3,16 +3,22 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`data`] | [`Data`]: labelled rows, and libSVM's data files |
 //! | [`error`] | the one error, with file and line |
 //! | [`evaluator`] | [`Evaluator`]: a machine compiled for speed, with proven error bounds and exact signs |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
+//! | [`range`] | [`Scaling`]: features brought to one range, as `svm-scale` does |
 
 mod atomic;
+pub mod data;
 pub mod error;
 pub mod evaluator;
 pub mod model;
+pub mod range;
 mod text;
 
+pub use data::Data;
 pub use error::{Result, SvmError};
 pub use evaluator::Evaluator;
 pub use model::{Kernel, Model, SvmType};
+pub use range::Scaling;
