@@ -171,7 +171,7 @@ fn group<S: Simd, H: Head<S>>(
         if H::STARTS && !H::DIFFERENCES { [first, start, zero, zero] } else { [start, zero, zero, zero] };
     for (x, s) in query.chunks_exact(CHAINS).zip(rows[1..].chunks_exact(CHAINS)) {
         for c in 0..CHAINS {
-            let (x, s) = (simd.set(x[c]), simd.load(&s[c]));
+            let (x, s, c) = (simd.set(x[c]), simd.load(&s[c]), c % S::CHAINS);
             chain[c] = if H::DIFFERENCES {
                 let d = simd.sub(x, s);
                 simd.mul_add(d, d, chain[c])
@@ -180,7 +180,10 @@ fn group<S: Simd, H: Head<S>>(
             };
         }
     }
-    let sum = simd.add(simd.add(chain[0], chain[1]), simd.add(chain[2], chain[3]));
+    let mut sum = simd.add(chain[0], chain[1]);
+    if S::CHAINS == 4 {
+        sum = simd.add(sum, simd.add(chain[2], chain[3]));
+    }
     if H::DIFFERENCES { (simd.neg_mul_add(head.factor(), sum, first), first) } else { (sum, first) }
 }
 

@@ -1,23 +1,17 @@
 //! One decision function of a model, compiled; and its levels: f32, f64, the definition.
 //!
-//! Each level gives a value and a proven bound of its distance to what [`Model::decision_values`] computes.
+//! Each level gives a value and a proven bound of its distance to what [`crate::Model::decision_values`] computes.
 //! A value larger than its bound has the right sign.
 
+use super::compile::MAX_NORM;
 use super::exp::ExpMethod;
-use super::packed::{Item, Packed, Tile, flushed};
+use super::packed::{Packed, flushed};
 use super::run::{
     Batch, EXP_ERROR_F64, HeadKind, InstructionSet, Plan, Sum, TileError, exp_error, sums_f32, sums_f64,
-    tile_errors,
 };
 use super::simd::Real;
-use crate::model::{Kernel, Model};
-use std::f64::consts::{LN_2, LOG2_E};
-
-/// RBF vectors farther than this from their centre (in units of the kernel's width) are only evaluated in f64: in f32,
-/// inner products of that size have no digits left.
-const MAX_NORM: f64 = 512.0;
-/// Kernel values below `2^-60` count in bounds by their number only.
-const NEGLIGIBLE: f64 = 60.0;
+use crate::model::Kernel;
+use std::f64::consts::LOG2_E;
 
 /// A value and the bound of its distance to the definition.
 #[derive(Clone, Copy, Debug)]
@@ -47,33 +41,34 @@ pub(crate) enum Reach {
 /// The linear kernel: one vector.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Linear {
-    weights: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
     /// Sum of the magnitudes of what was added up to each weight.
-    magnitudes: Vec<f64>,
+    pub(crate) magnitudes: Vec<f64>,
     /// Largest magnitude of each feature of the support vectors.
-    reach: Vec<f64>,
+    pub(crate) reach: Vec<f64>,
 }
 
 /// The f32 level of a machine.
 #[derive(Clone, Debug)]
-struct Single {
-    packed: Packed<f32>,
-    near: Vec<TileError>,
-    far: Vec<TileError>,
-    exp: ExpMethod,
+pub(crate) struct Single {
+    pub(crate) packed: Packed<f32>,
+    pub(crate) near: Vec<TileError>,
+    pub(crate) far: Vec<TileError>,
+    pub(crate) exp: ExpMethod,
     /// Features that the vectors differ in.
-    features: Vec<usize>,
-    center: Vec<f64>,
+    pub(crate) features: Vec<usize>,
+    pub(crate) center: Vec<f64>,
     /// RBF: `sqrt(2 gamma log2 e)`; others: gamma.
-    scale: f64,
+    pub(crate) scale: f64,
     /// Smallest start value.
-    lowest: f64,
+    pub(crate) lowest: f64,
     /// Largest norm of a vector.
-    norm: f64,
+    pub(crate) norm: f64,
 }
 
+/// The levels of a machine.
 #[derive(Clone, Debug)]
-enum Levels {
+pub(crate) enum Levels {
     Linear(Linear),
     Kernel { single: Option<Single>, double: Packed<f64>, errors: Vec<TileError> },
 }
@@ -81,17 +76,17 @@ enum Levels {
 /// A compiled decision function.
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
-    levels: Levels,
-    kernel: Kernel,
-    set: InstructionSet,
-    rho: f64,
+    pub(crate) levels: Levels,
+    pub(crate) kernel: Kernel,
+    pub(crate) set: InstructionSet,
+    pub(crate) rho: f64,
     /// Largest magnitude of a coefficient; the vectors' weights are relative to it.
-    weight: f64,
+    pub(crate) weight: f64,
     /// Sum of the magnitudes of the coefficients, relative to `weight`.
-    weights: f64,
+    pub(crate) weights: f64,
     /// Number of support vectors, and of features of the model.
-    len: usize,
-    features: usize,
+    pub(crate) len: usize,
+    pub(crate) features: usize,
 }
 
 /// What the f32 level needs of a query beside its features.
@@ -109,31 +104,6 @@ impl Prepared {
 }
 
 impl Machine {
-    /// Compiles machine number `machine` of the model.
-    pub(crate) fn compile(model: &Model, machine: usize, set: InstructionSet, exp: ExpMethod) -> Self {
-        let terms: Vec<(usize, f64)> = model.terms(machine).filter(|&(_, c)| c != 0.0).collect();
-        let weight = terms.iter().map(|t| t.1.abs()).fold(0.0, f64::max);
-        let mut compiled = Self {
-            levels: Levels::Linear(Linear::default()),
-            kernel: model.kernel,
-            set,
-            rho: model.rho[machine],
-            weight: if weight > 0.0 { weight } else { 1.0 },
-            weights: 0.0,
-            len: terms.len(),
-            features: model.features,
-        };
-        compiled.weights = terms.iter().map(|t| t.1.abs() / compiled.weight).sum();
-        compiled.levels = if model.kernel == Kernel::Linear {
-            Levels::Linear(linear(model, &terms))
-        } else {
-            let double = compiled.pack_double(model, &terms);
-            let errors = compiled.double_errors(&double);
-            Levels::Kernel { single: compiled.compile_single(model, &terms, exp), double, errors }
-        };
-        compiled
-    }
-
     /// Bytes of vectors that a batch touches: those of the first level, and of all levels.
     pub(crate) fn bytes(&self) -> (usize, usize) {
         match &self.levels {
@@ -164,82 +134,6 @@ impl Machine {
             Levels::Linear(_) => 0,
             Levels::Kernel { double, .. } => double.features,
         }
-    }
-
-    fn compile_single(&self, model: &Model, terms: &[(usize, f64)], exp: ExpMethod) -> Option<Single> {
-        let spread = Spread::of(model, terms);
-        let (scale, rbf) = match self.kernel {
-            Kernel::Rbf { gamma } => ((2.0 * gamma * LOG2_E).sqrt(), true),
-            Kernel::Polynomial { gamma, .. } | Kernel::Sigmoid { gamma, .. } => (gamma, false),
-            Kernel::Linear => return None,
-        };
-        let features: Vec<usize> = (0..model.features).filter(|&j| !rbf || spread.differs[j]).collect();
-        let center = if rbf { spread.center } else { vec![0.0; model.features] };
-        let mut packed = Packed::new(features.len());
-        let item = |&(i, coefficient): &(usize, f64)| {
-            let s = model.support_vector(i);
-            let scale = if rbf { scale } else { 1.0 };
-            let vector: Vec<f64> = features.iter().map(|&j| (s[j] - center[j]) * scale).collect();
-            let weight = coefficient / self.weight;
-            let norm2: f64 = vector.iter().map(|x| x * x).sum();
-            Item { start: if rbf { weight.abs().log2() - norm2 / 2.0 } else { weight }, vector }
-        };
-        let norm2 = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-        if rbf {
-            for sign in [1.0, -1.0] {
-                let items: Vec<Item> = terms.iter().filter(|t| t.1 * sign > 0.0).map(item).collect();
-                packed.append(items, sign, f32::MIN_EXPONENT, |i| (i.start + norm2(&i.vector) / 2.0).exp2());
-            }
-        } else {
-            packed.append(terms.iter().map(item).collect(), 1.0, 0.0, |i| i.start.abs());
-        }
-        let norm = packed.tiles.iter().map(|t| t.norm).fold(0.0, f64::max);
-        let lowest = packed.tiles.iter().map(|t| -t.start).fold(0.0, f64::min);
-        if !norm.is_finite() || (rbf && norm > MAX_NORM) {
-            return None;
-        }
-        let (near, far) = if rbf {
-            let error = |far: bool| {
-                tile_errors(&packed.tiles, |t| rbf_error(t, packed.features, far, exp_error(self.set, exp)))
-            };
-            (error(false), error(true))
-        } else {
-            (tile_errors(&packed.tiles, |_| [0.0; 3]), Vec::new())
-        };
-        Some(Single { packed, near, far, exp, features, center, scale, lowest, norm })
-    }
-
-    /// RBF: raw vectors, compared by differences; others: raw vectors, weights.
-    fn pack_double(&self, model: &Model, terms: &[(usize, f64)]) -> Packed<f64> {
-        let mut packed = Packed::new(model.features);
-        let rbf = matches!(self.kernel, Kernel::Rbf { .. });
-        let item = |&(i, coefficient): &(usize, f64)| {
-            let weight = coefficient / self.weight;
-            let start = if rbf { weight.abs().log2() } else { weight };
-            Item { start, vector: model.support_vector(i).to_vec() }
-        };
-        if rbf {
-            for sign in [1.0, -1.0] {
-                let items: Vec<Item> = terms.iter().filter(|t| t.1 * sign > 0.0).map(item).collect();
-                packed.append(items, sign, f64::MIN_EXPONENT, |i| i.start.exp2());
-            }
-        } else {
-            packed.append(terms.iter().map(item).collect(), 1.0, 0.0, |i| i.start.abs());
-        }
-        packed
-    }
-
-    // t = start - factor * d2: d is rounded once, its square and the chains features / 4 + 3 times, the factor,
-    // the product and the difference once each; the start is off by 2 units. Exponents below -60 are negligible.
-    fn double_errors(&self, packed: &Packed<f64>) -> Vec<TileError> {
-        if !matches!(self.kernel, Kernel::Rbf { .. }) {
-            return tile_errors(&packed.tiles, |_| [0.0; 3]);
-        }
-        let steps = (packed.features / 4 + 8) as f64;
-        tile_errors(&packed.tiles, |t| {
-            let exponent = steps * (NEGLIGIBLE + 2.0 * t.start);
-            [EXP_ERROR_F64 + f64::UNIT * (LN_2 * exponent + t.depth), 0.0, 0.0]
-        })
     }
 
     /// Writes the query as the f32 level wants it.
@@ -361,144 +255,6 @@ impl Machine {
         let magnitude: f64 = l.magnitudes.iter().zip(query).map(|(w, x)| w * x.abs()).sum();
         let steps = (self.len + 2 * self.features + 4) as f64;
         Some(Value { value, bound: 2.0 * steps * f64::UNIT * (magnitude + self.rho.abs()) })
-    }
-
-    fn finish_rbf<R: Real>(&self, sum: &Sum, packed: &Packed<R>, bias: f64) -> Value {
-        let lanes = packed.tiles.iter().map(|t| t.groups * R::LANES).sum::<usize>() as f64;
-        let factor = self.weight * bias.exp2();
-        // Clamped and padded lanes each add at most 2^MIN_EXPONENT.
-        let tail = lanes * (R::MIN_EXPONENT + 1.0).exp2();
-        let bound = factor * (sum.error + tail) + self.definition_error(factor * sum.magnitude);
-        Value { value: factor * sum.value - self.rho, bound }
-    }
-
-    /// How far the definition, and this level's own sums in f64, can be from the exact value. The definition adds up `len`
-    /// terms one by one, each off by the rounding of its exponent, at most 60 ln 2 unless it is negligible.
-    fn definition_error(&self, magnitude: f64) -> f64 {
-        let per_exponent = NEGLIGIBLE * LN_2 * (self.features + 4) as f64;
-        let steps = self.len as f64 + per_exponent + 64.0;
-        let negligible =
-            self.len as f64 * self.weight * (-NEGLIGIBLE).exp2() * 1e-12 * (self.features + 4) as f64;
-        1.1 * f64::UNIT * (steps * magnitude + 2.0 * self.rho.abs()) + negligible
-    }
-
-    // With B = |q| |s| + |coef0| the largest magnitude of an inner product, e its error: the power is off by
-    // degree (B + e)^(degree - 1) e and its roundings, tanh (slope at most 1) by e and its roundings.
-    fn finish_product<R: Real>(&self, sum: &Sum, packed: &Packed<R>, norm: f64, exp_error: f64) -> Value {
-        let coef0 = match self.kernel {
-            Kernel::Polynomial { coef0, .. } | Kernel::Sigmoid { coef0, .. } => coef0,
-            Kernel::Rbf { .. } | Kernel::Linear => 0.0,
-        };
-        let vectors = packed.tiles.iter().map(|t| t.norm).fold(0.0, f64::max);
-        let depth = packed.tiles.iter().map(|t| t.depth).fold(0.0, f64::max) + packed.tiles.len() as f64;
-        let b = norm * vectors * (1.0 + 1e-6) + coef0.abs();
-        let steps = (packed.features / 4 + 8) as f64 + 2.0 * (self.features + 4) as f64 * f64::UNIT / R::UNIT;
-        let e = steps * R::UNIT * b;
-        let (error, largest) = match self.kernel {
-            Kernel::Polynomial { degree, .. } => {
-                let p = f64::from(degree);
-                (p * (b + e).powf((p - 1.0).max(0.0)) * e + (2.0 * p + 4.0) * R::UNIT * b.powf(p), b.powf(p))
-            }
-            _ => (e + 8.0 * R::UNIT + exp_error, 1.0),
-        };
-        let sums = (depth + 2.0) * R::UNIT + (self.len as f64 + 8.0) * f64::UNIT;
-        let bound =
-            1.1 * (self.weight * self.weights * (error + sums * largest) + 2.0 * f64::UNIT * self.rho.abs());
-        Value { value: self.weight * sum.value - self.rho, bound }
-    }
-
-    /// The largest [`Value::bound`] of the first level over all queries (RBF), or over the queries no longer than the
-    /// longest support vector (other kernels).
-    pub(crate) fn error_bound(&self) -> f64 {
-        match &self.levels {
-            Levels::Linear(l) => self.linear(&l.reach).map_or(f64::INFINITY, |v| v.bound),
-            Levels::Kernel { single: Some(s), .. } => match self.kernel {
-                Kernel::Rbf { .. } => self.rbf_error_bound(&s.packed, &s.far),
-                _ => {
-                    let longest = s.norm * s.scale.abs();
-                    self.finish_product::<f32>(
-                        &Sum::default(),
-                        &s.packed,
-                        longest,
-                        exp_error(self.set, s.exp),
-                    )
-                    .bound
-                }
-            },
-            Levels::Kernel { errors, double, .. } => match self.kernel {
-                Kernel::Rbf { .. } => self.rbf_error_bound(double, errors),
-                _ => f64::INFINITY,
-            },
-        }
-    }
-
-    // A kernel value of a query at distance d outside the ball of a tile's vectors is below 2^(-d^2 / 2), and
-    // d 2^(-d^2 / 2) <= 0.73, d^2 2^(-d^2 / 2) <= 1.07.
-    fn rbf_error_bound<R: Real>(&self, packed: &Packed<R>, errors: &[TileError]) -> f64 {
-        let mut sum = Sum::default();
-        for (tile, error) in packed.tiles.iter().zip(errors) {
-            let [constant, linear, quadratic] = error.coefficients;
-            let n = tile.norm;
-            let relative = constant + linear * (n + 0.73) + quadratic * (n * n + 1.46 * n + 1.07);
-            sum.error += tile.weight * if relative < 0.01 { 1.05 * relative } else { f64::INFINITY };
-            sum.magnitude += tile.weight;
-        }
-        self.finish_rbf(&sum, packed, 0.0).bound
-    }
-}
-
-// Exponent t = start + bias + <q, s> in four chains: the intermediate sums of each step are together at most
-// |start| + |bias| + |q||s| (Cauchy-Schwarz over the chains), each rounded once (products too where not fused): features / 4
-// steps, two to join the chains, one for rounding the start, two for q and s, one for the products.
-fn rbf_error(tile: &Tile, features: usize, far: bool, exp: f64) -> [f64; 3] {
-    let steps = (features / 4) as f64;
-    let unit = f32::UNIT * LN_2 * 1.01;
-    let constant = exp + f32::UNIT * tile.depth + unit * (steps + 4.0) * tile.start;
-    // |bias| = |q|^2 / 2
-    let quadratic = if far { unit * (steps + 4.0) / 2.0 } else { 0.0 };
-    [constant, unit * (steps + 6.0) * tile.norm, quadratic]
-}
-
-fn linear(model: &Model, terms: &[(usize, f64)]) -> Linear {
-    let mut weights = vec![0.0; model.features];
-    let mut magnitudes = vec![0.0; model.features];
-    let mut reach = vec![0.0; model.features];
-    for &(i, c) in terms {
-        for (j, &x) in model.support_vector(i).iter().enumerate() {
-            weights[j] += c * x;
-            magnitudes[j] += (c * x).abs();
-            reach[j] = x.abs().max(reach[j]);
-        }
-    }
-    Linear { weights, magnitudes, reach }
-}
-
-/// Range of each feature over the support vectors.
-struct Spread {
-    center: Vec<f64>,
-    differs: Vec<bool>,
-}
-
-impl Spread {
-    fn of(model: &Model, terms: &[(usize, f64)]) -> Self {
-        let n = model.features;
-        let (mut low, mut high) = (vec![f64::INFINITY; n], vec![f64::NEG_INFINITY; n]);
-        for &(i, _) in terms {
-            for ((low, high), &x) in low.iter_mut().zip(&mut high).zip(model.support_vector(i)) {
-                *low = low.min(x);
-                *high = high.max(x);
-            }
-        }
-        let center = low.iter().zip(&high).map(|(l, h)| {
-            if l < h {
-                l / 2.0 + h / 2.0
-            } else if l == h {
-                *l
-            } else {
-                0.0
-            }
-        });
-        Self { center: center.collect(), differs: low.iter().zip(&high).map(|(l, h)| l < h).collect() }
     }
 }
 

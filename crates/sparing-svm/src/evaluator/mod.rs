@@ -7,12 +7,16 @@
 //! Results are the same bit for bit however queries are split into batches; between instruction sets they agree
 //! within the bounds, and their signs always.
 
+mod bound;
+mod compile;
 mod exp;
 mod kernel;
 mod machine;
 mod packed;
 mod run;
 mod simd;
+#[cfg(test)]
+mod tests;
 
 pub use exp::ExpMethod;
 pub use run::InstructionSet;

@@ -43,6 +43,14 @@ impl InstructionSet {
         Self::ALL.into_iter().rev().find(|i| i.is_available()).unwrap_or(Self::Portable)
     }
 
+    /// Chains of multiply-adds that the kernels use on it.
+    pub(crate) fn chains(self) -> usize {
+        match self {
+            Self::Avx512 => 4,
+            Self::Avx2 | Self::Portable => 2,
+        }
+    }
+
     /// A name for tables.
     #[must_use]
     pub fn name(self) -> &'static str {

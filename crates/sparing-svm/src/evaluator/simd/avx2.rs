@@ -56,6 +56,7 @@ impl Simd for Avx2F32 {
     type V = (__m256, __m256);
     type Table = __m256i;
     const TABLE_BITS: u32 = 3;
+    const CHAINS: usize = 2;
 
     #[inline(always)]
     fn set(self, x: f32) -> Self::V {
@@ -65,6 +66,11 @@ impl Simd for Avx2F32 {
     #[inline(always)]
     fn load(self, row: &Row<f32, 16>) -> Self::V {
         avx2!((_mm256_load_ps(row.0.as_ptr()), _mm256_load_ps(row.0[8..].as_ptr())))
+    }
+    #[cfg(test)]
+    #[inline(always)]
+    fn store(self, a: Self::V, out: &mut [f32]) {
+        out.copy_from_slice(&lanes_f32(self, a).0);
     }
     #[inline(always)]
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V {
@@ -161,6 +167,7 @@ impl Simd for Avx2F64 {
     type V = (__m256d, __m256d);
     type Table = &'static [i64; 16];
     const TABLE_BITS: u32 = 4;
+    const CHAINS: usize = 2;
 
     #[inline(always)]
     fn set(self, x: f64) -> Self::V {
@@ -170,6 +177,11 @@ impl Simd for Avx2F64 {
     #[inline(always)]
     fn load(self, row: &Row<f64, 8>) -> Self::V {
         avx2!((_mm256_load_pd(row.0.as_ptr()), _mm256_load_pd(row.0[4..].as_ptr())))
+    }
+    #[cfg(test)]
+    #[inline(always)]
+    fn store(self, a: Self::V, out: &mut [f64]) {
+        out.copy_from_slice(&lanes_f64(self, a).0);
     }
     #[inline(always)]
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V {

@@ -45,6 +45,7 @@ impl Simd for Avx512F32 {
     type V = __m512;
     type Table = (__m512i, __m512i);
     const TABLE_BITS: u32 = 5;
+    const CHAINS: usize = 4;
 
     #[inline(always)]
     fn set(self, x: f32) -> __m512 {
@@ -53,6 +54,12 @@ impl Simd for Avx512F32 {
     #[inline(always)]
     fn load(self, row: &Row<f32, 16>) -> __m512 {
         avx512!(_mm512_load_ps(row.0.as_ptr()))
+    }
+    #[cfg(test)]
+    #[inline(always)]
+    fn store(self, a: __m512, out: &mut [f32]) {
+        assert_eq!(out.len(), 16);
+        avx512!(_mm512_storeu_ps(out.as_mut_ptr(), a));
     }
     #[inline(always)]
     fn mul_add(self, a: __m512, b: __m512, c: __m512) -> __m512 {
@@ -136,6 +143,7 @@ impl Simd for Avx512F64 {
     type V = __m512d;
     type Table = (__m512i, __m512i);
     const TABLE_BITS: u32 = 4;
+    const CHAINS: usize = 4;
 
     #[inline(always)]
     fn set(self, x: f64) -> __m512d {
@@ -144,6 +152,12 @@ impl Simd for Avx512F64 {
     #[inline(always)]
     fn load(self, row: &Row<f64, 8>) -> __m512d {
         avx512!(_mm512_load_pd(row.0.as_ptr()))
+    }
+    #[cfg(test)]
+    #[inline(always)]
+    fn store(self, a: __m512d, out: &mut [f64]) {
+        assert_eq!(out.len(), 8);
+        avx512!(_mm512_storeu_pd(out.as_mut_ptr(), a));
     }
     #[inline(always)]
     fn mul_add(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {

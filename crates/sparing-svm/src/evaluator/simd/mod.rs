@@ -78,11 +78,16 @@ pub(crate) trait Simd: Copy {
     type Table: Copy;
     /// The table has `2^TABLE_BITS` entries.
     const TABLE_BITS: u32;
+    /// Chains of multiply-adds within a group, 2 or 4: as many as hide the latency and fit the registers.
+    const CHAINS: usize;
 
     /// All lanes the number `x`.
     fn set(self, x: Self::Real) -> Self::V;
     /// A row from memory.
     fn load(self, row: &<Self::Real as Real>::Row) -> Self::V;
+    /// Writes the lanes; `out` has as many.
+    #[cfg(test)]
+    fn store(self, a: Self::V, out: &mut [Self::Real]);
     /// `a * b + c`, rounded once, or twice where the machine has no fused operation.
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// `c - a * b`, rounded as [`Simd::mul_add`].

@@ -22,6 +22,7 @@ macro_rules! portable {
             type V = [$real; $lanes];
             type Table = &'static [$bits; $entries];
             const TABLE_BITS: u32 = ($entries as u32).ilog2();
+            const CHAINS: usize = 2;
 
             #[inline(always)]
             fn set(self, x: $real) -> Self::V {
@@ -30,6 +31,11 @@ macro_rules! portable {
             #[inline(always)]
             fn load(self, row: &Row<$real, $lanes>) -> Self::V {
                 row.0
+            }
+            #[cfg(test)]
+            #[inline(always)]
+            fn store(self, a: Self::V, out: &mut [$real]) {
+                out.copy_from_slice(&a);
             }
             #[inline(always)]
             fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V {
