@@ -88,7 +88,6 @@ impl Card {
         let model = model.as_ref();
         let path = Self::path(model);
         self.sha256 = hash(&fs::read(model).map_err(SvmError::reading(model))?);
-        self.validate(&path.display().to_string())?;
         let text = self.to_text()?;
         write_file(&path, |file| file.write_all(text.as_bytes()).map_err(SvmError::writing(&path)))
     }
@@ -96,8 +95,9 @@ impl Card {
     /// The card as TOML.
     ///
     /// # Errors
-    /// The seed is beyond what TOML can hold.
+    /// The card is not valid.
     pub fn to_text(&self) -> Result<String> {
+        self.validate("the card")?;
         toml::to_string(self)
             .map_err(|e| SvmError::Card { file: "the card".to_owned(), message: e.to_string() })
     }
@@ -205,6 +205,9 @@ impl Card {
         }
         if self.sha256.len() != 64 || !self.sha256.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f')) {
             return fail("sha256 must be 64 lower-case hexadecimal digits".to_owned());
+        }
+        if i64::try_from(self.seed).is_err() {
+            return fail(format!("the seed is beyond what TOML can hold, 2^63 - 1: {}", self.seed));
         }
         if self.features.is_empty() {
             return fail("there are no features".to_owned());
