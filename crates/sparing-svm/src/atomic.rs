@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::error::{Result, SvmError};
 
-/// Writes through `write` to a temporary file in the same folder, then renames it. If anything fails, the target keeps
-/// its old contents or stays absent. A target that exists and is no regular file (`/dev/null`, a pipe) is written to
-/// directly.
+/// Writes through `write` to a temporary file in the same folder, then renames it. If anything fails, the
+/// target keeps its old contents or stays absent. A target that exists and is no regular file (`/dev/null`, a
+/// pipe) is written to directly.
 pub(crate) fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let fail = SvmError::writing(path);
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());

@@ -1,4 +1,5 @@
-//! Model files: every way to get one wrong, with the line and the message; and what is written reads back the same.
+//! Model files: every way to get one wrong, with the line and the message; and what is written reads back the
+//! same.
 
 use proptest::prelude::*;
 use sparing_svm::model::{ModelLimits, ReadOptions};
@@ -33,7 +34,8 @@ fn the_number_of_features_can_be_given() {
     assert_eq!(error.to_string(), "m:10:9: feature 3 is beyond the number of features, 2");
 }
 
-/// Replaces `from` in the good file and expects an error at `place` ("line" or "line:column") that contains `message`.
+/// Replaces `from` in the good file and expects an error at `place` ("line" or "line:column") that contains
+/// `message`.
 #[track_caller]
 fn wrong(from: &str, to: &str, place: &str, message: &str) {
     assert!(GOOD.contains(from), "{from:?} is not in the good file");
@@ -295,6 +297,9 @@ fn bits(model: &Model) -> Vec<u64> {
     model.support_vectors.iter().chain(coefficients).chain(&model.rho).map(|v| v.to_bits()).collect()
 }
 
+const PIECES: &str = "(?s)(.{0,20}|svm_type c_svc\n|kernel_type rbf\n|gamma .{1,3}\n|nr_class 2\n|total_sv [0-3]\n\
+                      |rho 0\n|label 0 1\n|nr_sv [0-2] [0-2]\n|SV\n|[0-9] [0-9]:[0-9]\n){0,14}";
+
 proptest! {
     #[test]
     fn written_and_read_again_it_is_identical(model in model()) {
@@ -306,7 +311,7 @@ proptest! {
     }
 
     #[test]
-    fn hostile_text_is_an_error_at_most(text in "(?s)(.{0,20}|svm_type c_svc\n|kernel_type rbf\n|gamma .{1,3}\n|nr_class 2\n|total_sv [0-3]\n|rho 0\n|label 0 1\n|nr_sv [0-2] [0-2]\n|SV\n|[0-9] [0-9]:[0-9]\n){0,14}") {
+    fn hostile_text_is_an_error_at_most(text in PIECES) {
         let _ = Model::from_text(&text);
     }
 

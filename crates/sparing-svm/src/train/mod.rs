@@ -1,5 +1,5 @@
-//! Training with libSVM's algorithm (the crate `libsvm-rs`, whose models are bit for bit those of `svm-train`; see
-//! `docs/svm-training.md`), cross-validation, and the search for C and gamma.
+//! Training with libSVM's algorithm (the crate `libsvm-rs`, whose models are bit for bit those of
+//! `svm-train`; see `docs/svm-training.md`), cross-validation, and the search for C and gamma.
 
 mod check;
 mod control;
@@ -83,10 +83,10 @@ impl Parameters {
     /// Trains. The result depends on the data, their order and the parameters only.
     ///
     /// # Errors
-    /// Parameters out of range; data with no rows, values that are not finite (which row and feature), constant
-    /// features (which), one class only (which), labels that are no whole numbers (which row), instance weights,
-    /// which libSVM does not know (see [`Data::resampled`]); an infeasible nu (for which classes); features so large
-    /// that kernel values are not finite.
+    /// Parameters out of range; data with no rows, values that are not finite (which row and feature),
+    /// constant features (which), one class only (which), labels that are no whole numbers (which row),
+    /// instance weights, which libSVM does not know (see [`Data::resampled`]); an infeasible nu (for which
+    /// classes); features so large that kernel values are not finite.
     pub fn train(&self, data: &Data) -> Result<Model> {
         self.check(data)?;
         self.fit(data)
