@@ -169,6 +169,8 @@ fn limits_hold_before_memory_is_taken() {
     let options = ReadOptions { features: Some(usize::MAX), ..ReadOptions::default() };
     let error = Model::read_from(GOOD.as_bytes(), "m", &options).unwrap_err();
     assert!(error.to_string().contains("the model needs more than the limit"), "{error}");
+    let many = GOOD.replace("rho 0.25", &format!("rho{}", " 1".repeat(600_000)));
+    wrong_text(&many, "6:1000005", "more than 500000 values, too many for 1000 classes");
     let limits = ModelLimits { vectors: 2, ..ModelLimits::default() };
     let error = Model::read_from(GOOD.as_bytes(), "m", &ReadOptions { features: None, limits }).unwrap_err();
     assert_eq!(error.to_string(), "m:5:10: total_sv 3 is beyond the limit of 2 support vectors");

@@ -9,7 +9,7 @@ use super::Data;
 use crate::error::{Result, SvmError};
 use crate::text::{FeatureLimit, Lines};
 
-/// Guards against absurd or hostile files.
+/// Guards against absurd or hostile files. Reading takes up to three times the memory of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataLimits {
     /// Most rows. Default 100,000,000.

@@ -10,7 +10,7 @@ use super::header::{Header, read_header};
 use crate::error::{Result, SvmError};
 use crate::text::{FeatureLimit, Lines};
 
-/// Guards against absurd or hostile files.
+/// Guards against absurd or hostile files. Reading takes up to three times the memory of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelLimits {
     /// Most support vectors. Default 4,000,000.

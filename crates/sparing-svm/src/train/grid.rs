@@ -46,10 +46,10 @@ pub struct GridSearch {
 }
 
 impl Grid {
-    /// libSVM's customary grid, two steps of a factor of 4 finer than none: C from 2^-1 to 2^7 and gamma from
-    /// 2^-5 to 2^3.
+    /// C from 2^-1 to 2^7 and gamma from 2^-5 to 2^3 in factors of 4: the middle of the grid that libSVM's authors
+    /// recommend (Hsu, Chang and Lin 2003, section 3.2), for features scaled to one range.
     #[must_use]
-    pub fn customary() -> Self {
+    pub fn coarse() -> Self {
         let powers = |from: i32, to: i32| (from..=to).step_by(2).map(|e| 2_f64.powi(e)).collect();
         Self { c: powers(-1, 7), gamma: powers(-5, 3) }
     }
