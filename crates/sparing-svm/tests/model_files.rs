@@ -177,6 +177,27 @@ fn limits_hold_before_memory_is_taken() {
 }
 
 #[test]
+fn small_and_large_models() {
+    for (vectors, features) in [(1, 1), (1, 1000), (0, 0), (200_000, 8)] {
+        let made = testkit::svm_data::blobs(vectors, features, 2, 5).with_zeros(0.1, 6);
+        let model = Model {
+            svm_type: SvmType::NuSvr,
+            kernel: Kernel::Polynomial { degree: 0, gamma: 1e-12, coef0: -1e30 },
+            labels: vec![],
+            class_counts: vec![],
+            rho: vec![5e-324],
+            prob_a: vec![],
+            prob_b: vec![],
+            prob_density_marks: vec![],
+            features,
+            support_vectors: made.rows.iter().map(|v| v / 3.0).collect(),
+            coefficients: vec![(0..vectors).map(|i| i as f64 / 7.0 - 3.3).collect()],
+        };
+        assert!(Model::from_text(&model.to_text().unwrap()).unwrap() == model, "{vectors} x {features}");
+    }
+}
+
+#[test]
 fn files_are_named_and_written_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.model");

@@ -1,5 +1,13 @@
 //! Training with libSVM's algorithm (the crate `libsvm-rs`, whose models are bit for bit those of
 //! `svm-train`; see `docs/svm-training.md`), cross-validation, and the search for C and gamma.
+//!
+//! ```
+//! use sparing_svm::{Data, Parameters};
+//! let data = Data::new(1, vec![-2.0, -1.0, 1.0, 2.0], vec![-1.0, -1.0, 1.0, 1.0])?;
+//! let model = Parameters::rbf(1.0, 0.5).train(&data)?;
+//! assert_eq!(model.prediction(&[model.decision_value(&[1.5])]), 1.0);
+//! # Ok::<(), sparing_svm::SvmError>(())
+//! ```
 
 mod check;
 mod control;
