@@ -3,9 +3,11 @@
 //! This crate gathers the workspace's crates under one name and holds the `sparing` command.
 
 pub use embree4;
+pub use sparing_adaptive as adaptive;
 pub use sparing_image as image;
 pub use sparing_render as render;
 pub use sparing_scene as scene;
+pub use sparing_svm as svm;
 
 pub mod commands;
 pub mod session;
