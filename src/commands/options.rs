@@ -87,6 +87,15 @@ pub fn spp(text: &str) -> Result<u32, String> {
     }
 }
 
+/// A tolerance in just noticeable differences.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(t) if t > 0.0 && t.is_finite() => Ok(t),
+        Ok(_) => Err("a tolerance is above 0 and finite: 1 is one just noticeable difference".into()),
+        Err(_) => Err(format!("'{text}' is not a number")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,14 +119,5 @@ mod tests {
         assert_eq!(spp("64"), Ok(64));
         assert!(threads("100000").is_err() && threads("-1").is_err() && threads("two").is_err());
         assert_eq!(threads("0"), Ok(0));
-    }
-}
-
-/// A tolerance in just noticeable differences.
-pub fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(t) if t > 0.0 && t.is_finite() => Ok(t),
-        Ok(_) => Err("a tolerance is above 0 and finite: 1 is one just noticeable difference".into()),
-        Err(_) => Err(format!("'{text}' is not a number")),
     }
 }

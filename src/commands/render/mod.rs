@@ -79,7 +79,7 @@ pub struct RenderArguments {
     /// Exposure of PNG pictures in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
-    /// Also write a picture of where the samples went, .png: dark blue is the least, yellow the most.
+    /// Also write a picture of where the samples went, .png: dark is the least, bright the most.
     #[arg(long, value_name = "FILE")]
     heat_map: Option<PathBuf>,
     /// Add albedo, normal, depth and shape-count layers to EXR pictures.
