@@ -119,7 +119,7 @@ fn pixels_of_several_shapes_get_the_most() {
 fn a_crop_with_a_halo_is_the_full_picture_inside() {
     let scene = scene("tests/small-light.pbrt");
     let fixed = Limits { bounds: Bounds { min_spp: 8, max_spp: 64 }, time: None, exposure: Some(1.0) };
-    let mut policy = || Threshold::new(Goal::Threshold(0.1));
+    let policy = || Threshold::new(Goal::Threshold(0.1));
     let (full, _) = run(&scene, 48, None, &mut policy(), &fixed);
     let (crop, _) = run(&scene, 48, Some([9, 5, 41, 37]), &mut policy(), &fixed);
     let all = full.map(|t, i| t.pixels[i].clone());
