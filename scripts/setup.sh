@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what Sparing needs beyond git, make, gcc and a Rust toolchain: Embree 4, libclang, OpenEXR.
+# Installs what Sparing needs beyond git, make, gcc and a Rust toolchain: Embree 4, libclang, OpenEXR, and for the
+# tests libSVM with its tools.
 # Idempotent. Touches nothing outside this checkout but distribution packages.
 #   scripts/setup.sh            install what is missing
 #   scripts/setup.sh --check    only say what is missing; exit 1 if anything is
@@ -61,11 +62,17 @@ have_openexr() { # 3.1 or later: the first with the C API
     fi
     [ -f /usr/include/OpenEXR/openexr.h ] || [ -f /usr/local/include/OpenEXR/openexr.h ]
 }
+have_libsvm() { # the library, loaded by tests, and the tools; only Debian's packages are known here
+    command -v apt-get >/dev/null || return 0
+    command -v svm-train >/dev/null && command -v svm-predict >/dev/null && command -v svm-scale >/dev/null &&
+        any_file /usr/lib/*-linux-gnu/libsvm.so.[34] /usr/lib{,64}/libsvm.so.[34] /usr/local/lib/libsvm.so.[34]
+}
 find_missing() { # sets `missing`
     missing=()
     have_libclang || missing+=(libclang)
     have_openexr  || missing+=(openexr)
     have_embree   || missing+=(embree4)
+    have_libsvm   || missing+=(libsvm)
 }
 
 # --- distribution packages ----------------------------------------------------------------------
@@ -180,7 +187,7 @@ check=
 case ${1:-} in
     '') ;;
     --check) check=1 ;;
-    *) sed -n '2,7s/^# \{0,1\}//p' "$root/scripts/setup.sh" >&2; exit 2 ;;
+    *) sed -n '2,8s/^# \{0,1\}//p' "$root/scripts/setup.sh" >&2; exit 2 ;;
 esac
 command -v cargo >/dev/null || fail "no cargo found. Install a Rust toolchain first (rustup, see rust-lang.org)"
 command -v cc >/dev/null || fail "no C compiler found. Install gcc first"
@@ -198,6 +205,7 @@ for m in "${missing[@]}"; do
         libclang) apt_install libclang-dev ;;
         openexr)  apt_install libopenexr-dev ;;
         embree4)  install_embree ;;
+        libsvm)   apt_install libsvm3 libsvm-tools ;;
     esac
 done
 find_missing

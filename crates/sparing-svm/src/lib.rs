@@ -3,10 +3,17 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`error`] | the one error, with file and line |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
 //! | [`prune`] | fewer vectors: exact simplification, reduced machines, and a cascade whose signs are certified |
+//! | [`tradeoff`] | what each way to prune costs and keeps, measured |
 
+mod atomic;
+pub mod error;
 pub mod model;
 pub mod prune;
+mod text;
+pub mod tradeoff;
 
+pub use error::{Result, SvmError};
 pub use model::{Kernel, Model, SvmType};

@@ -3,4 +3,5 @@
 pub mod chi_square;
 pub mod pictures;
 pub mod special;
+pub mod svm_data;
 pub mod t_test;

@@ -26,11 +26,13 @@ impl Model {
         for i in 0..self.labels.len() {
             for j in i + 1..self.labels.len() {
                 let mut sum = 0.0;
-                for v in starts[i]..starts[i + 1] {
-                    sum += self.coefficients[j - 1][v] * values[v];
-                }
-                for v in starts[j]..starts[j + 1] {
-                    sum += self.coefficients[i][v] * values[v];
+                for (class, row) in [(i, j - 1), (j, i)] {
+                    let range = starts[class]..starts[class + 1];
+                    for (coefficient, value) in
+                        self.coefficients[row][range.clone()].iter().zip(&values[range])
+                    {
+                        sum += coefficient * value;
+                    }
                 }
                 out[machine] = sum - self.rho[machine];
                 machine += 1;

@@ -1,9 +1,14 @@
 //! A trained machine, in f64, as libSVM's model files describe it.
 
 mod decision;
+mod header;
 mod kernel;
+mod read;
+pub(crate) mod validate;
+mod write;
 
 pub use kernel::Kernel;
+pub use read::{ModelLimits, ReadOptions};
 
 /// What the machine was trained for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

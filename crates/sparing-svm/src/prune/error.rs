@@ -43,8 +43,21 @@ pub enum PruneError {
         features: usize,
     },
     /// The examples hold NaN or infinity.
-    #[error("row {0} of the data has a value or label that is not finite")]
+    #[error("row {} of the data has a value or label that is not finite", .0 + 1)]
     NotFinite(usize),
+    /// Not enough to fit and to measure.
+    #[error("the data has {0} rows; at least 2 are needed, one half to fit and one to measure")]
+    TooFewRows(usize),
+    /// A label that the model does not know.
+    #[error("row {} of the data has the label {label}, but the model tells {known} apart", row + 1)]
+    UnknownLabel {
+        /// Row, from 0.
+        row: usize,
+        /// The label.
+        label: String,
+        /// The model's labels.
+        known: String,
+    },
     /// No step of the fit gave finite coefficients.
     #[error("no coefficients could be fitted: the kernel's values overflow or are all zero on this data")]
     Fit,

@@ -25,23 +25,26 @@ pub struct Fitted {
 /// Ridges that are tried, as shares of the mean diagonal.
 pub const RIDGES: [f64; 6] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0];
 
-/// Solves `(a + ridge mean(diag a) I) x = b` for the smallest of growing ridges that works. The ridge is left off from
-/// unknown `penalised` on.
-pub(crate) fn solve_ridge(a: &[f64], m: usize, penalised: usize, b: &[f64], ridge: f64) -> Option<Vec<f64>> {
+/// The Cholesky factor of `a + ridge mean(diag a) I` for the smallest of growing ridges that works. The ridge is left off
+/// from unknown `penalised` on.
+fn factor(a: &[f64], m: usize, penalised: usize, ridge: f64) -> Option<Vec<f64>> {
     let mean = (0..penalised).map(|i| a[i * m + i]).sum::<f64>() / penalised.max(1) as f64;
     let mut ridge = ridge;
     while ridge <= 1.0 {
         let mut shifted = a.to_vec();
         (0..penalised).for_each(|i| shifted[i * m + i] += ridge * mean);
         if let Some(l) = cholesky(shifted, m) {
-            let x = solve(&l, m, b);
-            if x.iter().all(|v| v.is_finite()) {
-                return Some(x);
-            }
+            return Some(l);
         }
         ridge = (ridge * 10.0).max(1e-15);
     }
     None
+}
+
+/// The solution of the system of [`factor`].
+pub(crate) fn solve_ridge(a: &[f64], m: usize, penalised: usize, b: &[f64], ridge: f64) -> Option<Vec<f64>> {
+    let x = solve(&factor(a, m, penalised, ridge)?, m, b);
+    x.iter().all(|v| v.is_finite()).then_some(x)
 }
 
 /// The projection of w onto the span of the centres: `(K_mm + ridge) gamma = f(centres) + rho`, the threshold kept. A
@@ -91,12 +94,14 @@ pub fn ridge(
     let mut best: Option<(Score, f64, f64)> = None;
     let (fit, check) = (&system.fit, &system.check);
     let g = gram(&fit.columns, fit.m, None);
-    for &clip in clips {
-        let b = times(&fit.columns, fit.m, &clipped(&fit.targets, clip));
-        for ridge in RIDGES {
-            let Some(x) = solve_ridge(&g, fit.m, fit.m - 1, &b, ridge) else { continue };
+    let right: Vec<Vec<f64>> =
+        clips.iter().map(|&clip| times(&fit.columns, fit.m, &clipped(&fit.targets, clip))).collect();
+    for ridge in RIDGES {
+        let Some(l) = factor(&g, fit.m, fit.m - 1, ridge) else { continue };
+        for (b, &clip) in right.iter().zip(clips) {
+            let x = solve(&l, fit.m, b);
             let score = check.score(&x, clip);
-            if best.is_none_or(|(s, ..)| score > s) {
+            if x.iter().all(|v| v.is_finite()) && best.is_none_or(|(s, ..)| score > s) {
                 best = Some((score, ridge, clip));
             }
         }
