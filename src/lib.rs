@@ -6,6 +6,7 @@ pub use embree4;
 pub use sparing_image as image;
 pub use sparing_render as render;
 pub use sparing_scene as scene;
+pub use sparing_svm as svm;
 
 pub mod commands;
 pub mod session;
