@@ -3,17 +3,23 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`data`] | [`Data`]: labelled rows, and libSVM's data files |
 //! | [`error`] | the one error, with file and line |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
 //! | [`prune`] | fewer vectors: exact simplification, reduced machines, and a cascade whose signs are certified |
 //! | [`tradeoff`] | what each way to prune costs and keeps, measured |
+//! | [`range`] | [`Scaling`]: features brought to one range, as `svm-scale` does |
 
 mod atomic;
+pub mod data;
 pub mod error;
 pub mod model;
 pub mod prune;
+pub mod range;
 mod text;
 pub mod tradeoff;
 
+pub use data::Data;
 pub use error::{Result, SvmError};
 pub use model::{Kernel, Model, SvmType};
+pub use range::Scaling;

@@ -80,6 +80,11 @@ impl<'a> Line<'a> {
         SvmError::text(self.file, self.number, None, message)
     }
 
+    /// The part before a mark, the whole line if there is none.
+    pub(crate) fn before(self, mark: char) -> Self {
+        Self { text: self.text.split(mark).next().unwrap_or_default(), ..self }
+    }
+
     /// Words between white space.
     pub(crate) fn words(self) -> impl Iterator<Item = Word<'a>> {
         self.text.split_ascii_whitespace().map(move |text| Word { text, line: self })
