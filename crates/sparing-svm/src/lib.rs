@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | [`data`] | [`Data`]: labelled rows, and libSVM's data files |
 //! | [`error`] | the one error, with file and line |
+//! | [`evaluator`] | [`Evaluator`]: a machine compiled for speed, with proven error bounds and exact signs |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
 //! | [`prune`] | fewer vectors: exact simplification, reduced machines, and a cascade whose signs are certified |
 //! | [`tradeoff`] | what each way to prune costs and keeps, measured |
@@ -13,6 +14,7 @@
 mod atomic;
 pub mod data;
 pub mod error;
+pub mod evaluator;
 pub mod model;
 pub mod prune;
 pub mod range;
@@ -21,5 +23,6 @@ pub mod tradeoff;
 
 pub use data::Data;
 pub use error::{Result, SvmError};
+pub use evaluator::Evaluator;
 pub use model::{Kernel, Model, SvmType};
 pub use range::Scaling;

@@ -4,40 +4,52 @@ use super::{Model, SvmType};
 
 impl Model {
     /// Decision values of one query of `features` values, one for each machine. Slow and exact (f64, libSVM's order of
-    /// operations): use `Evaluator` for many queries.
+    /// operations): use [`crate::Evaluator`] for many queries.
     ///
     /// # Panics
     /// When `query` is not `features` long or `out` not `machines()` long.
     pub fn decision_values(&self, query: &[f64], out: &mut [f64]) {
         assert_eq!(query.len(), self.features, "the query's number of features");
         assert_eq!(out.len(), self.machines(), "the number of decision values");
-        let kernel = |i: usize| self.kernel.evaluate(self.support_vector(i), query);
-        if !self.svm_type.is_classifier() {
-            let sum: f64 = self.coefficients[0].iter().enumerate().map(|(i, c)| c * kernel(i)).sum();
-            out[0] = sum - self.rho[0];
-            return;
+        for (machine, out) in out.iter_mut().enumerate() {
+            *out = self.machine_value(machine, query);
         }
-        let values: Vec<f64> = (0..self.len()).map(kernel).collect();
-        let mut starts = vec![0];
-        for count in &self.class_counts {
-            starts.push(starts[starts.len() - 1] + count);
+    }
+
+    /// The decision value of one machine.
+    pub(crate) fn machine_value(&self, machine: usize, query: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for (i, coefficient) in self.terms(machine) {
+            sum += coefficient * self.kernel.evaluate(self.support_vector(i), query);
         }
-        let mut machine = 0;
-        for i in 0..self.labels.len() {
-            for j in i + 1..self.labels.len() {
-                let mut sum = 0.0;
-                for (class, row) in [(i, j - 1), (j, i)] {
-                    let range = starts[class]..starts[class + 1];
-                    for (coefficient, value) in
-                        self.coefficients[row][range.clone()].iter().zip(&values[range])
-                    {
-                        sum += coefficient * value;
-                    }
-                }
-                out[machine] = sum - self.rho[machine];
-                machine += 1;
+        sum - self.rho[machine]
+    }
+
+    /// Support vectors and coefficients of one machine, in libSVM's order.
+    pub(crate) fn terms(&self, machine: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let (a, b) = self.classes_of(machine);
+        let start = |class: usize| self.class_counts.iter().take(class).sum::<usize>();
+        let range = |class: usize| match self.class_counts.get(class) {
+            Some(count) => start(class)..start(class) + count,
+            None if class == 0 => 0..self.len(), // one-class and regression
+            None => 0..0,
+        };
+        let first = range(a).map(move |i| (i, self.coefficients[b - 1][i]));
+        first.chain(range(b).map(move |i| (i, self.coefficients[a][i])))
+    }
+
+    /// The two classes that a machine tells apart; (0, 1) for one-class and regression.
+    fn classes_of(&self, machine: usize) -> (usize, usize) {
+        let mut left = machine;
+        let k = self.labels.len().max(2);
+        for a in 0..k {
+            let pairs = k - 1 - a;
+            if left < pairs {
+                return (a, a + 1 + left);
             }
+            left -= pairs;
         }
+        (0, 1)
     }
 
     /// The decision value of one query of a model with one machine (two classes, one class, regression).
