@@ -3,6 +3,7 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`card`] | [`Card`]: what a model's numbers mean, in a file beside it |
 //! | [`data`] | [`Data`]: labelled rows, and libSVM's data files |
 //! | [`error`] | the one error, with file and line |
 //! | [`evaluator`] | [`Evaluator`]: a machine compiled for speed, with proven error bounds and exact signs |
@@ -10,8 +11,10 @@
 //! | [`prune`] | fewer vectors: exact simplification, reduced machines, and a cascade whose signs are certified |
 //! | [`tradeoff`] | what each way to prune costs and keeps, measured |
 //! | [`range`] | [`Scaling`]: features brought to one range, as `svm-scale` does |
+//! | [`train`] | [`Parameters`]: training, cross-validation, the search for C and gamma |
 
 mod atomic;
+pub mod card;
 pub mod data;
 pub mod error;
 pub mod evaluator;
@@ -20,9 +23,15 @@ pub mod prune;
 pub mod range;
 mod text;
 pub mod tradeoff;
+mod random;
+pub mod range;
+mod text;
+pub mod train;
 
+pub use card::Card;
 pub use data::Data;
 pub use error::{Result, SvmError};
 pub use evaluator::Evaluator;
 pub use model::{Kernel, Model, SvmType};
 pub use range::Scaling;
+pub use train::Parameters;
