@@ -9,8 +9,8 @@
 //! | [`evaluator`] | [`Evaluator`]: a machine compiled for speed, with proven error bounds and exact signs |
 //! | [`model`] | [`Model`]: a trained machine in f64, and its decision values, the definition of all others |
 //! | [`prune`] | fewer vectors: exact simplification, reduced machines, and a cascade whose signs are certified |
-//! | [`tradeoff`] | what each way to prune costs and keeps, measured |
 //! | [`range`] | [`Scaling`]: features brought to one range, as `svm-scale` does |
+//! | [`tradeoff`] | what each way to prune costs and keeps, measured |
 //! | [`train`] | [`Parameters`]: training, cross-validation, the search for C and gamma |
 
 mod atomic;
@@ -20,12 +20,10 @@ pub mod error;
 pub mod evaluator;
 pub mod model;
 pub mod prune;
-pub mod range;
-mod text;
-pub mod tradeoff;
 mod random;
 pub mod range;
 mod text;
+pub mod tradeoff;
 pub mod train;
 
 pub use card::Card;

@@ -43,7 +43,14 @@ impl Canvas {
     }
 
     /// Text on its baseline, upwards when `up`.
-    pub(super) fn text(&mut self, at: [f64; 2], size: f64, anchor: Anchor, up: bool, text: impl Into<String>) {
+    pub(super) fn text(
+        &mut self,
+        at: [f64; 2],
+        size: f64,
+        anchor: Anchor,
+        up: bool,
+        text: impl Into<String>,
+    ) {
         self.shapes.push(Shape::Text { at, size, anchor, up, text: text.into() });
     }
 
@@ -79,7 +86,8 @@ impl Canvas {
                         Anchor::Middle => "middle",
                         Anchor::End => "end",
                     };
-                    let turn = if *up { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
+                    let turn =
+                        if *up { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
                     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
                     writeln!(
                         svg,
@@ -112,9 +120,12 @@ impl Canvas {
                 }
                 Shape::Text { at, size, anchor, up, text } => {
                     let strokes = super::font::strokes(text, *size, *anchor);
-                    let place = |[x, y]: [f64; 2]| if *up { [at[0] - y, at[1] - x] } else { [at[0] + x, at[1] - y] };
-                    let lines: Vec<_> =
-                        strokes.iter().map(|l| scaled(&l.iter().map(|p| place(*p)).collect::<Vec<_>>())).collect();
+                    let place =
+                        |[x, y]: [f64; 2]| if *up { [at[0] - y, at[1] - x] } else { [at[0] + x, at[1] - y] };
+                    let lines: Vec<_> = strokes
+                        .iter()
+                        .map(|l| scaled(&l.iter().map(|p| place(*p)).collect::<Vec<_>>()))
+                        .collect();
                     image.strokes(&lines, size * scale * 0.085, BLACK);
                 }
             }
@@ -220,7 +231,9 @@ impl Image {
         let [x0, y0, x1, y1] = self.window(points.iter(), 1.0);
         for y in y0..y1 {
             for x in x0..x1 {
-                let at = |k: usize| (x as f64 + 0.125 + 0.25 * (k % 4) as f64, y as f64 + 0.125 + 0.25 * (k / 4) as f64);
+                let at = |k: usize| {
+                    (x as f64 + 0.125 + 0.25 * (k % 4) as f64, y as f64 + 0.125 + 0.25 * (k / 4) as f64)
+                };
                 let hits = (0..16).filter(|&k| inside(at(k).0, at(k).1)).count();
                 self.blend(x, y, hits as f64 / 16.0, colour);
             }

@@ -68,7 +68,9 @@ pub(super) fn strokes(text: &str, size: f64, anchor: Anchor) -> Vec<Stroke> {
             x += SPACE + GAP;
             continue;
         };
-        out.extend(strokes.iter().map(|s| s.iter().map(|p| [(x + p[0]) * scale, p[1] * scale]).collect::<Stroke>()));
+        out.extend(
+            strokes.iter().map(|s| s.iter().map(|p| [(x + p[0]) * scale, p[1] * scale]).collect::<Stroke>()),
+        );
         x += width + GAP;
     }
     let width = (x - GAP).max(0.0) * scale;

@@ -40,7 +40,7 @@ pub(super) struct TradeoffArguments {
     #[arg(long, value_name = "FILE", requires = "data")]
     range: Option<PathBuf>,
     /// Ways to prune: drop, random, kmeans, cholesky or greedy, and after a dash how coefficients are found: keep, rkhs,
-    /// fit, labels or logistic. Default: a choice of them.
+    /// fit, labels or logistic; or retrain. Default: a choice of them.
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = method)]
     methods: Vec<Method>,
     /// Numbers of vectors.
@@ -105,7 +105,8 @@ pub(super) fn run(a: &TradeoffArguments) -> anyhow::Result<ExitCode> {
     }
     let start = Instant::now();
     let (model, data) = read(a)?;
-    std::fs::create_dir_all(&a.output).with_context(|| format!("cannot make the folder {}", a.output.display()))?;
+    std::fs::create_dir_all(&a.output)
+        .with_context(|| format!("cannot make the folder {}", a.output.display()))?;
     let picks = a.pick.is_some() || a.max_loss.is_some();
     for name in FILES.into_iter().chain(picks.then_some(PICKED)) {
         check_writable(&a.output.join(name))?;
@@ -140,7 +141,12 @@ pub(super) fn run(a: &TradeoffArguments) -> anyhow::Result<ExitCode> {
         note(format_args!("warning: {} with {} vectors left out: {}", s.method, s.size, s.reason));
     }
     if let Some(p) = picked {
-        print(format_args!("picked {} with {} vectors: {}", p.method, p.vectors, a.output.join(PICKED).display()))?;
+        print(format_args!(
+            "picked {} with {} vectors: {}",
+            p.method,
+            p.vectors,
+            a.output.join(PICKED).display()
+        ))?;
     }
     note(format_args!("{} in {}", a.output.display(), clock(start.elapsed().as_secs_f64())));
     Ok(ExitCode::SUCCESS)
@@ -207,7 +213,8 @@ fn write(t: &Tradeoff, picked: Option<&Point>, folder: &Path) -> anyhow::Result<
         write_atomic(&path, |file| file.write_all(text.as_bytes()).map_err(OutputError::io(&path)))?;
     }
     let (width, height, pixels) = drawing.to_pixels(2.0);
-    let linear: Vec<[f32; 3]> = pixels.iter().map(|p| p.map(sparing_render::texture::srgb_to_linear)).collect();
+    let linear: Vec<[f32; 3]> =
+        pixels.iter().map(|p| p.map(sparing_render::texture::srgb_to_linear)).collect();
     write_png(&folder.join(FILES[3]), width, height, &linear, 0.0)?;
     if let Some(model) = picked.and_then(|p| p.model.as_ref()) {
         model.write(folder.join(PICKED))?;

@@ -91,7 +91,8 @@ impl Axes {
         let scores = || all.iter().map(|p| p.score() * 100.0);
         let best = scores().fold(0.0, f64::max);
         let worst = scores().fold(100.0, f64::min).max(best - SHOWN);
-        let step = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0].into_iter().find(|s| (best - worst) / s <= 8.0).unwrap_or(10.0);
+        let step =
+            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0].into_iter().find(|s| (best - worst) / s <= 8.0).unwrap_or(10.0);
         let low = ((worst / step - 0.2).floor() * step).max(0.0);
         let high = (best / step + 0.3).ceil() * step;
         Self { x: [lo - 0.1, hi + 0.12], y: [low, high], step }
@@ -137,7 +138,12 @@ impl Axes {
                 if m == 1 {
                     canvas.line(vec![[x, TOP], [x, BOTTOM]], 0.8, None, FAINT);
                 }
-                canvas.line(vec![[x, BOTTOM], [x, BOTTOM + if labelled { 6.0 } else { 3.5 }]], 0.9, None, BLACK);
+                canvas.line(
+                    vec![[x, BOTTOM], [x, BOTTOM + if labelled { 6.0 } else { 3.5 }]],
+                    0.9,
+                    None,
+                    BLACK,
+                );
                 if labelled {
                     canvas.text([x, BOTTOM + 20.0], 12.0, Anchor::Middle, false, time(ns));
                 }

@@ -5,6 +5,7 @@
 //! | [`simplify`] | changes nothing but rounding: duplicates merged, zeros dropped, linear machines collapsed |
 //! | [`select`] | which vectors to keep: by coefficient, at random, k-means, greedily in the kernel's Hilbert space |
 //! | [`refit`] | their new coefficients: projection in the Hilbert space, ridge fit to decisions, fit to labels |
+//! | [`retrain`] | the machine trained again on a part of the data |
 //! | [`certified`] | a cascade of reduced machines whose every sign is the full machine's |
 //!
 //! [`reduce`] runs one [`Method`] on a model. The result is again a libSVM model.
@@ -12,6 +13,7 @@
 pub mod certified;
 mod dense;
 pub mod refit;
+pub mod retrain;
 mod rng;
 pub mod samples;
 pub mod select;
