@@ -9,8 +9,8 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 560.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 404.0;
-/// Percentage points below the best that the axis shows; what is worse stands at its foot.
-const SHOWN: f64 = 12.0;
+/// Percentage points below the best that the axis shows at most; what is worse stands at its foot.
+const SHOWN: f64 = 4.0;
 
 /// Colours that people with any colour vision tell apart (Okabe and Ito 2008), without yellow.
 const COLOURS: [Colour; 7] = [
@@ -38,7 +38,6 @@ pub(super) fn draw(t: &Tradeoff) -> Canvas {
             methods.push(&point.method);
         }
     }
-    front(&mut canvas, &axes, &all);
     let mut row = TOP + 10.0;
     let mut entry = |canvas: &mut Canvas, text: String| {
         canvas.text([RIGHT + 46.0, row + 4.0], 12.0, Anchor::Start, false, text);
@@ -49,14 +48,20 @@ pub(super) fn draw(t: &Tradeoff) -> Canvas {
         let colour = COLOURS[i % COLOURS.len()];
         let of_method: Vec<&Point> = t.points.iter().filter(|p| p.method == *method).collect();
         let places: Vec<[f64; 2]> = of_method.iter().map(|p| axes.place(p)).collect();
-        canvas.line(places.clone(), 1.3, None, colour);
+        // Only between points that are both shown: lines along the foot would say nothing.
+        for (pair, ends) in places.windows(2).zip(of_method.windows(2)) {
+            if !ends.iter().any(|p| axes.below(p)) {
+                canvas.line(pair.to_vec(), 1.3, None, colour);
+            }
+        }
         for (place, point) in places.iter().zip(&of_method) {
-            marker(&mut canvas, *place, if axes.below(point) { 99 } else { i }, colour);
+            marker(&mut canvas, *place, if axes.below(point) { DOWN } else { i + i / COLOURS.len() }, colour);
         }
         let at = entry(&mut canvas, (*method).to_owned());
         canvas.line(vec![[at[0] - 14.0, at[1]], [at[0] + 12.0, at[1]]], 1.3, None, colour);
-        marker(&mut canvas, at, i, colour);
+        marker(&mut canvas, at, i + i / COLOURS.len(), colour);
     }
+    front(&mut canvas, &axes, &all);
     if let Some(certified) = t.points.iter().find(|p| p.method == "certified") {
         star(&mut canvas, axes.place(certified), 4);
         let at = entry(&mut canvas, "certified cascade".to_owned());
@@ -69,7 +74,7 @@ pub(super) fn draw(t: &Tradeoff) -> Canvas {
     canvas.line(vec![[at[0] - 14.0, at[1]], [at[0] + 12.0, at[1]]], 1.2, Some([5.0, 3.0]), BLACK);
     if all.iter().any(|p| axes.below(p)) {
         let at = entry(&mut canvas, "below the axis".to_owned());
-        marker(&mut canvas, at, 99, GREY);
+        marker(&mut canvas, at, DOWN, GREY);
     }
     entry(&mut canvas, "(numbers: vectors)".to_owned());
     numbers(&mut canvas, &axes, &all);
@@ -90,7 +95,9 @@ impl Axes {
         let (lo, hi) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
         let scores = || all.iter().map(|p| p.score() * 100.0);
         let best = scores().fold(0.0, f64::max);
-        let worst = scores().fold(100.0, f64::min).max(best - SHOWN);
+        // The axis begins a little below the worst machine that comes near the best one.
+        let near = scores().filter(|s| best - s <= SHOWN);
+        let worst = near.fold(best, f64::min);
         let step =
             [0.1, 0.2, 0.5, 1.0, 2.0, 5.0].into_iter().find(|s| (best - worst) / s <= 8.0).unwrap_or(10.0);
         let low = ((worst / step - 0.2).floor() * step).max(0.0);
@@ -162,7 +169,7 @@ impl Axes {
 
 /// The front as steps: a score is had from its point's time on.
 fn front(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
-    let mut best: Vec<&&Point> = all.iter().filter(|p| p.pareto).collect();
+    let mut best: Vec<&&Point> = all.iter().filter(|p| p.pareto && !axes.below(p)).collect();
     best.sort_by(|a, b| a.ns_per_query.total_cmp(&b.ns_per_query));
     let mut steps: Vec<[f64; 2]> = Vec::new();
     for point in best {
@@ -172,7 +179,8 @@ fn front(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
         }
         steps.push([x, y]);
     }
-    if let Some(last) = steps.last().copied() {
+    if let (Some(first), Some(last)) = (steps.first().copied(), steps.last().copied()) {
+        steps.insert(0, [first[0], BOTTOM]);
         steps.push([RIGHT, last[1]]);
         canvas.line(steps, 1.2, Some([5.0, 3.0]), BLACK);
     }
@@ -181,7 +189,9 @@ fn front(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
 /// Numbers of vectors above the points of the front, where there is room.
 fn numbers(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
     let mut taken: Vec<[f64; 2]> = Vec::new();
-    for point in all.iter().filter(|p| p.pareto && p.method != "full" && p.method != "certified") {
+    for point in
+        all.iter().filter(|p| p.pareto && p.method != "full" && p.method != "certified" && !axes.below(p))
+    {
         let [x, y] = axes.place(point);
         if taken.iter().all(|t| (t[0] - x).abs() > 26.0 || (t[1] - y).abs() > 13.0) {
             taken.push([x, y]);
@@ -190,7 +200,10 @@ fn numbers(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
     }
 }
 
-/// A method's mark: circle, square, triangle, diamond; 99 points down, for what is below the axis.
+/// The mark of what is below the axis.
+const DOWN: usize = usize::MAX;
+
+/// A method's mark: circle, square, triangle, diamond.
 fn marker(canvas: &mut Canvas, [x, y]: [f64; 2], kind: usize, colour: Colour) {
     let polygon = |n: usize, r: f64, turn: f64| -> Vec<[f64; 2]> {
         (0..n)
@@ -199,7 +212,7 @@ fn marker(canvas: &mut Canvas, [x, y]: [f64; 2], kind: usize, colour: Colour) {
             .collect()
     };
     let points = match kind {
-        99 => polygon(3, 4.5, 0.5),
+        DOWN => polygon(3, 4.5, 0.5),
         k => match k % 4 {
             0 => polygon(24, 4.0, 0.0),
             1 => polygon(4, 5.0, 0.125),

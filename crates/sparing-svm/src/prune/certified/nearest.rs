@@ -34,22 +34,8 @@ impl Nearest {
 
     /// The squared distance, in f64, from the nearest vector or one about as near.
     pub(super) fn distance2(&self, query: &[f64]) -> f64 {
+        let i = search(&self.columns, &self.centre, query).min(self.count - 1);
         let features = self.centre.len();
-        let mut best = (0, f32::INFINITY);
-        for (b, block) in self.columns.chunks_exact(BLOCK * features).enumerate() {
-            let mut d = [0.0_f32; BLOCK];
-            for (f, column) in block.chunks_exact(BLOCK).enumerate() {
-                let x = (query[f] - self.centre[f]) as f32;
-                for (d, c) in d.iter_mut().zip(column) {
-                    *d += (x - c) * (x - c);
-                }
-            }
-            let least = d.iter().copied().fold(f32::INFINITY, f32::min);
-            if least < best.1 {
-                best = (b * BLOCK + d.iter().position(|v| *v == least).unwrap_or(0), least);
-            }
-        }
-        let i = best.0.min(self.count - 1);
         let row = &self.vectors[i * features..(i + 1) * features];
         row.iter().zip(query).map(|(c, x)| (c - x) * (c - x)).sum()
     }
@@ -57,6 +43,32 @@ impl Nearest {
     pub(super) fn bytes(&self) -> usize {
         4 * self.columns.len() + 8 * (self.vectors.len() + self.centre.len())
     }
+}
+
+/// The place of the smallest distance in f32: each lane keeps its own best, joined at the end.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2+fma"))]
+fn search(columns: &[f32], centre: &[f64], query: &[f64]) -> usize {
+    let (mut least, mut place) = ([f32::INFINITY; BLOCK], [0_u32; BLOCK]);
+    for (b, block) in columns.chunks_exact(BLOCK * centre.len()).enumerate() {
+        let mut d = [0.0_f32; BLOCK];
+        for ((column, x), c) in block.as_chunks::<BLOCK>().0.iter().zip(query).zip(centre) {
+            let x = (x - c) as f32;
+            for lane in 0..BLOCK {
+                let difference = x - column[lane];
+                d[lane] += difference * difference;
+            }
+        }
+        for lane in 0..BLOCK {
+            let nearer = d[lane] < least[lane];
+            least[lane] = if nearer { d[lane] } else { least[lane] };
+            place[lane] = if nearer { b as u32 } else { place[lane] };
+        }
+    }
+    let mut best = 0;
+    for lane in 1..BLOCK {
+        best = if least[lane] < least[best] { lane } else { best };
+    }
+    place[best] as usize * BLOCK + best
 }
 
 #[cfg(test)]
