@@ -13,12 +13,12 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sparing_image::atomic::{OutputError, check_writable, write_atomic};
 use sparing_image::png::write_png;
-use sparing_svm::Model;
 use sparing_svm::data::{Data, DataOptions};
 use sparing_svm::model::ReadOptions;
 use sparing_svm::prune::{Method, PruneError};
 use sparing_svm::range::Scaling;
 use sparing_svm::tradeoff::{Labelled, Point, Source, Tradeoff, TradeoffOptions, tradeoff};
+use sparing_svm::{Card, Model};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ pub(super) struct TradeoffArguments {
     /// Folder, made if missing, for tradeoff.csv, tradeoff.json, tradeoff.svg and tradeoff.png.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Write the best machine of at most this many vectors as picked.model.
+    /// Write the best machine of at most this many vectors as picked.model, with a card if the model has one.
     #[arg(long, value_name = "SIZE", value_parser = vectors, conflicts_with = "max_loss", allow_negative_numbers = true)]
     pick: Option<usize>,
     /// Write the smallest machine that loses at most so many percentage points of accuracy (without data: of agreement) as
@@ -105,6 +105,7 @@ pub(super) fn run(a: &TradeoffArguments) -> anyhow::Result<ExitCode> {
     }
     let start = Instant::now();
     let (model, data) = read(a)?;
+    let card = if Card::path(&a.model).is_file() { Some(Card::read(&a.model)?) } else { None };
     std::fs::create_dir_all(&a.output)
         .with_context(|| format!("cannot make the folder {}", a.output.display()))?;
     let picks = a.pick.is_some() || a.max_loss.is_some();
@@ -135,7 +136,7 @@ pub(super) fn run(a: &TradeoffArguments) -> anyhow::Result<ExitCode> {
     let result = result.with_context(|| format!("cannot prune {}", a.model.display()))?;
     let picked = pick(&result, a)?;
     armed.store(false, Ordering::SeqCst); // from here on it takes a moment, and is finished
-    write(&result, picked, &a.output)?;
+    write(&result, picked, card, &a.output)?;
     print(table(&result))?;
     for s in &result.skipped {
         note(format_args!("warning: {} with {} vectors left out: {}", s.method, s.size, s.reason));
@@ -206,7 +207,8 @@ fn pick<'t>(t: &'t Tradeoff, a: &TradeoffArguments) -> anyhow::Result<Option<&'t
     }
 }
 
-fn write(t: &Tradeoff, picked: Option<&Point>, folder: &Path) -> anyhow::Result<()> {
+/// Writes all files. The picked model gets the card of the full one, if that has one, with the new figures.
+fn write(t: &Tradeoff, picked: Option<&Point>, card: Option<Card>, folder: &Path) -> anyhow::Result<()> {
     let drawing = plot::draw(t);
     for (name, text) in [(FILES[0], t.to_csv()), (FILES[1], t.to_json()?), (FILES[2], drawing.to_svg())] {
         let path = folder.join(name);
@@ -216,8 +218,19 @@ fn write(t: &Tradeoff, picked: Option<&Point>, folder: &Path) -> anyhow::Result<
     let linear: Vec<[f32; 3]> =
         pixels.iter().map(|p| p.map(sparing_render::texture::srgb_to_linear)).collect();
     write_png(&folder.join(FILES[3]), width, height, &linear, 0.0)?;
-    if let Some(model) = picked.and_then(|p| p.model.as_ref()) {
-        model.write(folder.join(PICKED))?;
+    if let Some((point, model)) = picked.and_then(|p| Some((p, p.model.as_ref()?))) {
+        let path = folder.join(PICKED);
+        model.write(&path)?;
+        if let Some(mut card) = card {
+            let pruned = format!("pruned by sparing tradeoff: {}, {} vectors", point.method, point.vectors);
+            card.command = format!("{}; {pruned}, seed {}", card.command, t.seed);
+            card.metrics.clear();
+            card.metrics.insert("agreement".into(), point.agreement);
+            if let Some(quality) = point.quality {
+                card.metrics.insert("accuracy".into(), quality.accuracy);
+            }
+            card.write(&path)?;
+        }
     }
     Ok(())
 }

@@ -55,11 +55,11 @@ pub(super) fn draw(t: &Tradeoff) -> Canvas {
             }
         }
         for (place, point) in places.iter().zip(&of_method) {
-            marker(&mut canvas, *place, if axes.below(point) { DOWN } else { i + i / COLOURS.len() }, colour);
+            marker(&mut canvas, *place, if axes.below(point) { DOWN } else { i }, colour);
         }
         let at = entry(&mut canvas, (*method).to_owned());
         canvas.line(vec![[at[0] - 14.0, at[1]], [at[0] + 12.0, at[1]]], 1.3, None, colour);
-        marker(&mut canvas, at, i + i / COLOURS.len(), colour);
+        marker(&mut canvas, at, i, colour);
     }
     front(&mut canvas, &axes, &all);
     if let Some(certified) = t.points.iter().find(|p| p.method == "certified") {

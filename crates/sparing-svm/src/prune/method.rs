@@ -229,7 +229,7 @@ impl<'a> Sweep<'a> {
             let scale =
                 if method.select == Select::Random { model.len() as f64 / indices.len() as f64 } else { 1.0 };
             let coefficients: Vec<f64> = indices.iter().map(|&i| scale * model.coefficients[0][i]).collect();
-            return finished(model, &gather(model, &indices), Fitted { coefficients, rho: model.rho[0] });
+            return finished(model, &gather(model, &indices), &Fitted { coefficients, rho: model.rho[0] });
         }
         self.refit(method.refit, &gather(model, &indices))
     }
@@ -269,12 +269,12 @@ impl<'a> Sweep<'a> {
                 logistic(model.kernel, model.features, centres, Points { rows, targets: labels })?
             }
         };
-        finished(model, centres, fitted)
+        finished(model, centres, &fitted)
     }
 }
 
 /// The reduced model; refused if no coefficient is left.
-fn finished(model: &Model, centres: &[f64], fitted: Fitted) -> Result<Model, PruneError> {
+fn finished(model: &Model, centres: &[f64], fitted: &Fitted) -> Result<Model, PruneError> {
     let all_zero = fitted.coefficients.iter().all(|c| *c == 0.0);
     if all_zero || !fitted.rho.is_finite() || fitted.coefficients.iter().any(|c| !c.is_finite()) {
         return Err(PruneError::Fit);

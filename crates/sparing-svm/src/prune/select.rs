@@ -47,7 +47,7 @@ mod tests {
         let chosen = random(&model, 12, 3);
         assert_eq!(chosen, random(&model, 12, 3));
         assert_ne!(chosen, random(&model, 12, 4));
-        let mut sorted = chosen.clone();
+        let mut sorted = chosen;
         sorted.sort_unstable();
         sorted.dedup();
         assert_eq!(sorted.len(), 12);

@@ -134,7 +134,7 @@ impl Base<'_> {
             (0..m).flat_map(|i| self.kernel[i * all..i * all + m].iter().copied()).collect();
         let tried = RIDGES.iter().filter_map(|&ridge| {
             let coefficients = solve_ridge(&kernel, m, m, &self.values[..m], ridge)?;
-            let level = self.level(m, &kernel, coefficients)?;
+            let level = self.level(m, &kernel, &coefficients)?;
             let (anywhere, near) = self.decided(&level);
             Some((near.iter().chain(&anywhere).filter(|d| **d).count(), level, anywhere, near))
         });
@@ -164,15 +164,15 @@ impl Base<'_> {
     }
 
     /// The machine of these coefficients with its bound.
-    fn level(&self, m: usize, kernel: &[f64], coefficients: Vec<f64>) -> Option<Level> {
+    fn level(&self, m: usize, kernel: &[f64], coefficients: &[f64]) -> Option<Level> {
         let features = self.model.features;
-        let model = with_vectors(self.model, &self.centres[..m * features], &coefficients, self.model.rho[0]);
+        let model = with_vectors(self.model, &self.centres[..m * features], coefficients, self.model.rho[0]);
         if model.is_empty() {
             return None;
         }
         let g: Vec<f64> = kernel
             .chunks_exact(m)
-            .map(|row| compensated(row.iter().zip(&coefficients).map(|(k, c)| k * c)))
+            .map(|row| compensated(row.iter().zip(coefficients).map(|(k, c)| k * c)))
             .collect();
         let values = &self.values[..m];
         let terms = |v: &[f64]| compensated(coefficients.iter().zip(v).map(|(c, v)| c * v));
