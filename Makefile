@@ -11,7 +11,7 @@ help: ## list these targets
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/  make \1|\2/p' Makefile | \
 		while IFS='|' read -r target text; do printf '%-18s %s\n' "$$target" "$$text"; done
 
-setup: ## install what is missing: Embree 4, libclang, OpenEXR (needs root or sudo)
+setup: ## install what is missing: Embree 4, libclang, OpenEXR, libSVM's tools (needs root or sudo)
 	@scripts/setup.sh
 
 build: setup ## build target/release/sparing
@@ -42,10 +42,11 @@ test: setup ## format, lints, documentation, all tests, benches and examples
 bench: setup ## run all benchmarks
 	@$(CARGO) bench --workspace --bench '*'
 
-valgrind: setup ## run the tests of the Embree wrapper under memcheck (needs valgrind)
+valgrind: setup ## run the tests of the wrappers of C libraries under memcheck (needs valgrind)
 	@command -v valgrind >/dev/null || \
 		{ echo "valgrind is missing; install it first, on Debian and Ubuntu: apt-get install valgrind" >&2; exit 1; }
 	@crates/embree4/valgrind.sh
+	@crates/libsvm-oracle/valgrind.sh
 
 references: setup ## render the reference pictures of the tests again (long; look at them before you commit)
 	@SPARING_WRITE_REFERENCES=1 $(CARGO) test --test integration references -- --nocapture

@@ -3,6 +3,7 @@
 //! This crate gathers the workspace's crates under one name and holds the `sparing` command.
 
 pub use embree4;
+pub use sparing_adaptive as adaptive;
 pub use sparing_image as image;
 pub use sparing_render as render;
 pub use sparing_scene as scene;

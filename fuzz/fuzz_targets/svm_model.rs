@@ -1,4 +1,5 @@
-//! Model files: an error or a model that is valid, reads back the same from what is written, and can be evaluated.
+//! Model files: an error or a model that is valid, reads back the same from what is written, and can be
+//! evaluated.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,5 +1,5 @@
-//! Range files: an error or a scaling that reads back the same from what is written. The first byte may say how many
-//! features there are.
+//! Range files: an error or a scaling that reads back the same from what is written. The first byte may say
+//! how many features there are.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

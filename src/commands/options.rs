@@ -112,3 +112,12 @@ mod tests {
         assert_eq!(threads("0"), Ok(0));
     }
 }
+
+/// A tolerance in just noticeable differences.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(t) if t > 0.0 && t.is_finite() => Ok(t),
+        Ok(_) => Err("a tolerance is above 0 and finite: 1 is one just noticeable difference".into()),
+        Err(_) => Err(format!("'{text}' is not a number")),
+    }
+}

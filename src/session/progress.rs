@@ -4,9 +4,9 @@ use super::console::note;
 use super::tev::Tev;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
+use sparing_adaptive::layers::{Observe, Progress, StoppedBy};
 use sparing_image::film::Film;
 use std::io::{IsTerminal, Write};
-use std::time::Instant;
 
 /// How to report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -22,30 +22,13 @@ pub enum ProgressMode {
     None,
 }
 
-/// Where a render is.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// When sampling began.
-    pub start: Instant,
-    /// Samples per pixel that the wave aims at.
-    pub spp: u32,
-    /// Pixels that are still sampled.
-    pub active_pixels: u64,
-    /// Samples taken.
-    pub done: u64,
-    /// Samples at most.
-    pub total: u64,
+fn fraction(p: &Progress) -> f64 {
+    p.done as f64 / p.total.max(1) as f64
 }
 
-impl Progress {
-    fn fraction(&self) -> f64 {
-        self.done as f64 / self.total.max(1) as f64
-    }
-
-    fn eta_seconds(&self) -> Option<f64> {
-        let f = self.fraction();
-        (f > 0.0).then(|| self.start.elapsed().as_secs_f64() * (1.0 - f) / f)
-    }
+fn eta_seconds(p: &Progress) -> Option<f64> {
+    let f = fraction(p);
+    (f > 0.0).then(|| p.start.elapsed().as_secs_f64() * (1.0 - f) / f)
 }
 
 /// Reports a render.
@@ -70,11 +53,22 @@ impl Observer {
         Self { bar, json: mode == ProgressMode::Json, lines: mode == ProgressMode::Auto && !tty, tev }
     }
 
-    /// Called several times a second.
-    pub fn tick(&self, p: &Progress) {
-        let eta = p.eta_seconds();
+    /// Called once at the end, when everything is saved.
+    pub fn finish(&self, stopped_by: StoppedBy) {
         if let Some(bar) = &self.bar {
-            bar.set_position((p.fraction() * 1000.0) as u64);
+            bar.finish_and_clear();
+        }
+        if self.json {
+            emit(&json!({ "event": "done", "stopped_by": stopped_by }));
+        }
+    }
+}
+
+impl Observe for Observer {
+    fn tick(&self, p: &Progress) {
+        let eta = eta_seconds(p);
+        if let Some(bar) = &self.bar {
+            bar.set_position((fraction(p) * 1000.0) as u64);
             bar.set_message(format!(
                 "{} spp  {} pixels active  {} left",
                 p.spp,
@@ -86,7 +80,7 @@ impl Observer {
             emit(&json!({
                 "event": "progress",
                 "phase": "sampling",
-                "fraction": p.fraction(),
+                "fraction": fraction(p),
                 "spp": p.spp,
                 "active_pixels": p.active_pixels,
                 "samples": p.done,
@@ -96,13 +90,12 @@ impl Observer {
         }
     }
 
-    /// Called between waves.
-    pub fn barrier(&mut self, film: &Film, p: &Progress) {
+    fn barrier(&mut self, film: &Film, p: &Progress) {
         self.tick(p);
         if self.lines {
             note(format_args!(
                 "{:>4.0} %  {} spp  {} pixels active  {}",
-                p.fraction() * 100.0,
+                fraction(p) * 100.0,
                 p.spp,
                 p.active_pixels,
                 clock(p.start.elapsed().as_secs_f64())
@@ -111,16 +104,6 @@ impl Observer {
         if let Some(Err(e)) = self.tev.as_mut().map(|tev| tev.update(film)) {
             note(format_args!("warning: the viewer is gone: {e}"));
             self.tev = None;
-        }
-    }
-
-    /// Called once at the end, when everything is saved.
-    pub fn finish(&self, stopped_by: super::StoppedBy) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-        if self.json {
-            emit(&json!({ "event": "done", "stopped_by": stopped_by }));
         }
     }
 }

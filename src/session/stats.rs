@@ -1,7 +1,7 @@
 //! The statistics of a render as one JSON object.
 
-use super::{Layer, StoppedBy};
 use serde::Serialize;
+use sparing_adaptive::layers::{Layer, StoppedBy};
 
 /// What `--stats` writes.
 #[derive(Clone, Debug, Serialize)]
@@ -34,13 +34,19 @@ pub struct Statistics {
     pub rays: Rays,
     /// All rays over the seconds of rendering.
     pub rays_per_second: f64,
-    /// Waves.
+    /// Layers.
     pub layers: Vec<Layer>,
     /// Samples that were not finite or negative.
     pub invalid_samples: u64,
     /// The first of them: x, y, sample index.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first_invalid: Option<[u32; 3]>,
+    /// What radiance was multiplied by before errors were judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f32>,
+    /// Predicted mean CIEDE2000 error at that exposure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted_error: Option<f64>,
     /// Why rendering stopped.
     pub stopped_by: StoppedBy,
     /// Largest memory of the process.

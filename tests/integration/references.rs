@@ -72,8 +72,8 @@ fn film(description: SceneDescription, settings: RenderSettings, spp: u32) -> Fi
     let size = [description.film.width, description.film.height];
     let scene = Scene::build(description, BuildOptions::default()).expect("the scene builds");
     let mut film = Film::new(size, [0, 0, size[0], size[1]], FilmOptions::default());
-    let wave = Wave { target: spp, ..Wave::default() };
-    Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &wave, |_, _| true);
+    let wave = Wave::default();
+    Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &wave, |_, _| spp);
     assert_eq!(film.invalid_samples(), 0, "first at {:?}", film.first_invalid());
     film
 }

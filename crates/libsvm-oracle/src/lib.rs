@@ -1,7 +1,7 @@
 //! The installed libSVM as a reference: for tests and benches only.
 //!
-//! The library is loaded at run time (`libsvm.so.3` of Debian's package `libsvm3`), so nothing needs its headers, and
-//! what does not ask for an [`Oracle`] builds and runs without it.
+//! The library is loaded at run time (`libsvm.so.3` of Debian's package `libsvm3`), so nothing needs its
+//! headers, and what does not ask for an [`Oracle`] builds and runs without it.
 
 mod library;
 
@@ -70,8 +70,8 @@ pub struct Oracle {
 
 // SAFETY: the model is owned, and libSVM keeps nothing about it per thread.
 unsafe impl Send for Oracle {}
-// SAFETY: the functions called through `&self` take the model as const; they allocate what they need themselves and
-// have no static state.
+// SAFETY: the functions called through `&self` take the model as const; they allocate what they need
+// themselves and have no static state.
 unsafe impl Sync for Oracle {}
 
 impl Oracle {
@@ -88,8 +88,8 @@ impl Oracle {
         // libSVM's reader uses static buffers and changes the locale for a moment.
         static READER: Mutex<()> = Mutex::new(());
         let guard = READER.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: `name` is a terminated string, the file was found to be a valid model, and no other call to the
-        // reader runs.
+        // SAFETY: `name` is a terminated string, the file was found to be a valid model, and no other call to
+        // the reader runs.
         let raw = unsafe { (library.load_model)(name.as_ptr()) };
         drop(guard);
         let model = NonNull::new(raw).ok_or_else(refused)?;

@@ -62,8 +62,8 @@ impl Library {
     }
 
     fn resolve(library: libloading::Library) -> Result<Self, libloading::Error> {
-        // SAFETY: the types are those of svm.h, unchanged since libSVM 2.8 for these functions; `libsvm_version` is an
-        // int that never changes.
+        // SAFETY: the types are those of svm.h, unchanged since libSVM 2.8 for these functions;
+        // `libsvm_version` is an int that never changes.
         unsafe {
             Ok(Self {
                 load_model: *library.get(b"svm_load_model\0")?,

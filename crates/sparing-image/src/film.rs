@@ -174,6 +174,13 @@ impl Tile {
         ((y - self.y0) * TILE + (x - self.x0)) as usize
     }
 
+    /// Picture position (x, y) of an index into `pixels`.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, index: usize) -> (u32, u32) {
+        (self.x0 + index as u32 % TILE, self.y0 + index as u32 / TILE)
+    }
+
     /// Adds a sample if it is finite and not negative, else counts it. `weight` is the filter's.
     #[inline]
     pub fn add_sample(&mut self, index: usize, sample_index: u32, radiance: Vec3, weight: f32) {
@@ -187,7 +194,7 @@ impl Tile {
     #[cold]
     fn add_invalid(&mut self, index: usize, sample_index: u32) {
         self.invalid += 1;
-        let position = [self.x0 + index as u32 % TILE, self.y0 + index as u32 / TILE];
+        let position = self.position(index).into();
         self.first_invalid.get_or_insert((position, sample_index));
         // A black sample keeps the count, and with it the block structure, as scheduled.
         self.pixels[index].add(Vec3::ZERO);

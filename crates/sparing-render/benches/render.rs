@@ -25,7 +25,7 @@ fn scene(name: &str) -> (Scene, RenderSettings) {
 
 fn run(renderer: &Renderer<'_>) -> Film {
     let mut film = Film::new([SIZE, SIZE], [0, 0, SIZE, SIZE], FilmOptions::default());
-    renderer.run(&mut film, &Wave { target: SPP, ..Wave::default() }, |_, _| true);
+    renderer.run(&mut film, &Wave::default(), |_, _| SPP);
     film
 }
 

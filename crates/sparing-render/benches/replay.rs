@@ -86,8 +86,7 @@ fn measure(name: &str, scene: &Scene, settings: RenderSettings, threads: usize) 
     for _ in 0..RUNS {
         let mut f = film();
         let start = Instant::now();
-        let rays =
-            pool.install(|| renderer.run(&mut f, &Wave { target: SPP, ..Wave::default() }, |_, _| true));
+        let rays = pool.install(|| renderer.run(&mut f, &Wave::default(), |_, _| SPP));
         let seconds = start.elapsed().as_secs_f64();
         let traced = rays.camera + rays.bounce + rays.shadow;
         assert_eq!(traced, recording.rays(), "the recording holds all rays");

@@ -43,7 +43,7 @@ fn picture(threads: usize, crop: [u32; 4], waves: &[u32]) -> Film {
         let renderer = Renderer::new(&scene, RenderSettings::default(), OPTIONS);
         let mut film = Film::new(SIZE, crop, OPTIONS);
         for target in waves {
-            renderer.run(&mut film, &Wave { target: *target, ..Wave::default() }, |_, _| true);
+            renderer.run(&mut film, &Wave::default(), |_, _| *target);
         }
         film
     })

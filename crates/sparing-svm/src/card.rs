@@ -1,5 +1,6 @@
-//! The model card: a TOML file beside every model that says what its numbers mean. A model whose features are not those
-//! that the caller computes would decide at random without any sign of it; the card makes that an error.
+//! The model card: a TOML file beside every model that says what its numbers mean. A model whose features are
+//! not those that the caller computes would decide at random without any sign of it; the card makes that an
+//! error.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -249,8 +250,9 @@ impl Card {
 }
 
 impl Model {
-    /// Reads a model with its card, and refuses it when its features are not exactly `features`, in this order. The
-    /// number of features is the card's, so that features which are zero in all support vectors are not lost.
+    /// Reads a model with its card, and refuses it when its features are not exactly `features`, in this
+    /// order. The number of features is the card's, so that features which are zero in all support vectors
+    /// are not lost.
     ///
     /// # Errors
     /// As [`Card::read`], [`Card::check_features`] and [`Model::read_with`].

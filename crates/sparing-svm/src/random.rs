@@ -21,7 +21,8 @@ impl Random {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in 0 .. bound (Lemire 2019, without the rejection: a bias of bound / 2^64 does not matter here).
+    /// Uniform in 0 .. bound (Lemire 2019, without the rejection: a bias of bound / 2^64 does not matter
+    /// here).
     fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.bits()) * bound as u128) >> 64) as usize
     }

@@ -41,27 +41,29 @@ pub struct TargetScaling {
     pub data: Interval,
 }
 
-/// How each feature is brought into `[lower, upper]`, with svm-scale's arithmetic. Values beyond what the fit has seen
-/// land beyond the range; they are not clamped.
+/// How each feature is brought into `[lower, upper]`, with svm-scale's arithmetic. Values beyond what the fit
+/// has seen land beyond the range; they are not clamped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaling {
     /// What the smallest value of a feature becomes.
     pub lower: f64,
     /// What the largest value of a feature becomes.
     pub upper: f64,
-    /// The range of each feature; `None` where it was constant: such a feature becomes 0 whatever its value, as
-    /// svm-scale drops it.
+    /// The range of each feature; `None` where it was constant: such a feature becomes 0 whatever its value,
+    /// as svm-scale drops it.
     pub features: Vec<Option<Interval>>,
-    /// How labels are scaled, if they are. [`Scaling::apply`] leaves labels alone; see [`Scaling::apply_target`].
+    /// How labels are scaled, if they are. [`Scaling::apply`] leaves labels alone; see
+    /// [`Scaling::apply_target`].
     pub target: Option<TargetScaling>,
 }
 
 impl Scaling {
-    /// The ranges of all features of `data`, to be brought into `[lower, upper]`; svm-scale's default is \[-1, 1\].
+    /// The ranges of all features of `data`, to be brought into `[lower, upper]`; svm-scale's default is
+    /// \[-1, 1\].
     ///
     /// # Errors
-    /// There is no row, a value is not finite, a feature spans more than a double can hold, or `lower` is not below
-    /// `upper`.
+    /// There is no row, a value is not finite, a feature spans more than a double can hold, or `lower` is not
+    /// below `upper`.
     pub fn fit(data: &Data, lower: f64, upper: f64) -> Result<Self> {
         data.validate()?;
         if data.is_empty() {
@@ -147,7 +149,8 @@ impl Scaling {
     /// Checks a scaling that was put together by hand.
     ///
     /// # Errors
-    /// [`SvmError::Data`]: a number is not finite, a range is empty or too wide, `lower` is not below `upper`.
+    /// [`SvmError::Data`]: a number is not finite, a range is empty or too wide, `lower` is not below
+    /// `upper`.
     pub fn validate(&self) -> Result<()> {
         check_bounds(self.lower, self.upper).map_err(SvmError::Data)?;
         if let Some(target) = &self.target {
@@ -166,8 +169,8 @@ impl Scaling {
         Ok(())
     }
 
-    /// Reads a range file. `features` is the number of features; `None` takes the largest index in the file, which is
-    /// too few where the last features were constant.
+    /// Reads a range file. `features` is the number of features; `None` takes the largest index in the file,
+    /// which is too few where the last features were constant.
     ///
     /// # Errors
     /// The file cannot be read or anything in it is malformed; the message has the line.
@@ -204,8 +207,8 @@ impl Scaling {
         Ok(Self { lower, upper, features: ranges, target })
     }
 
-    /// Writes a range file that svm-scale reads. It appears under its name only when it is complete. The number of
-    /// features is not part of it; see [`Scaling::read`].
+    /// Writes a range file that svm-scale reads. It appears under its name only when it is complete. The
+    /// number of features is not part of it; see [`Scaling::read`].
     ///
     /// # Errors
     /// The scaling is not valid, or the file cannot be written.

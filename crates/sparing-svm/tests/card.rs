@@ -123,12 +123,16 @@ fn malformed_cards() {
     assert!(large.to_text().unwrap_err().to_string().contains("the seed is beyond what TOML can hold"));
 }
 
+fn finite() -> impl Strategy<Value = f64> {
+    any::<f64>().prop_filter("finite", |v| v.is_finite())
+}
+
 proptest! {
     #[test]
     fn text_round_trip(
         label in any::<String>(),
         names in prop::collection::btree_set("[ -~äβ]{0,6}x", 1..5),
-        metrics in prop::collection::btree_map(any::<String>(), any::<f64>().prop_filter("finite", |v| v.is_finite()), 0..4),
+        metrics in prop::collection::btree_map(any::<String>(), finite(), 0..4),
         seed in 0..=i64::MAX as u64,
     ) {
         let card = Card { label, features: names.into_iter().collect(), metrics, seed, scaling: None, ..card() };

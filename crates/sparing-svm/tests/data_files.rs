@@ -180,9 +180,17 @@ fn interval() -> impl Strategy<Value = Interval> {
     })
 }
 
+/// Rows of 1 to 4 features with their labels.
+fn table() -> impl Strategy<Value = (usize, Vec<(f64, Vec<f64>)>)> {
+    let rows = |features| prop::collection::vec((finite(), prop::collection::vec(finite(), features)), 1..6);
+    (1..5_usize).prop_flat_map(move |features| (Just(features), rows(features)))
+}
+
+const PIECES: &str = "(?s)(.{0,12}|[xy]\n|[0-9]+ [0-9]:[0-9.e-]{1,3}\n|[0-9] [0-9] [0-9]\n){0,8}";
+
 proptest! {
     #[test]
-    fn data_round_trip((features, rows) in (1..5_usize).prop_flat_map(|f| (Just(f), prop::collection::vec((finite(), prop::collection::vec(finite(), f)), 1..6)))) {
+    fn data_round_trip((features, rows) in table()) {
         let labels = rows.iter().map(|r| r.0).collect();
         let data = Data::new(features, rows.into_iter().flat_map(|r| r.1).collect(), labels).unwrap();
         let text = data.to_text().unwrap();
@@ -206,7 +214,7 @@ proptest! {
     }
 
     #[test]
-    fn hostile_text_is_an_error_at_most(text in "(?s)(.{0,12}|[xy]\n|[0-9]+ [0-9]:[0-9.e-]{1,3}\n|[0-9] [0-9] [0-9]\n){0,8}") {
+    fn hostile_text_is_an_error_at_most(text in PIECES) {
         let _ = data(&text);
         let _ = range(&text);
     }

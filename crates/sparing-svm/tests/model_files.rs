@@ -1,4 +1,5 @@
-//! Model files: every way to get one wrong, with the line and the message; and what is written reads back the same.
+//! Model files: every way to get one wrong, with the line and the message; and what is written reads back the
+//! same.
 
 use proptest::prelude::*;
 use sparing_svm::model::{ModelLimits, ReadOptions};
@@ -33,7 +34,8 @@ fn the_number_of_features_can_be_given() {
     assert_eq!(error.to_string(), "m:10:9: feature 3 is beyond the number of features, 2");
 }
 
-/// Replaces `from` in the good file and expects an error at `place` ("line" or "line:column") that contains `message`.
+/// Replaces `from` in the good file and expects an error at `place` ("line" or "line:column") that contains
+/// `message`.
 #[track_caller]
 fn wrong(from: &str, to: &str, place: &str, message: &str) {
     assert!(GOOD.contains(from), "{from:?} is not in the good file");
@@ -167,9 +169,32 @@ fn limits_hold_before_memory_is_taken() {
     let options = ReadOptions { features: Some(usize::MAX), ..ReadOptions::default() };
     let error = Model::read_from(GOOD.as_bytes(), "m", &options).unwrap_err();
     assert!(error.to_string().contains("the model needs more than the limit"), "{error}");
+    let many = GOOD.replace("rho 0.25", &format!("rho{}", " 1".repeat(600_000)));
+    wrong_text(&many, "6:1000005", "more than 500000 values, too many for 1000 classes");
     let limits = ModelLimits { vectors: 2, ..ModelLimits::default() };
     let error = Model::read_from(GOOD.as_bytes(), "m", &ReadOptions { features: None, limits }).unwrap_err();
     assert_eq!(error.to_string(), "m:5:10: total_sv 3 is beyond the limit of 2 support vectors");
+}
+
+#[test]
+fn small_and_large_models() {
+    for (vectors, features) in [(1, 1), (1, 1000), (0, 0), (200_000, 8)] {
+        let made = testkit::svm_data::blobs(vectors, features, 2, 5).with_zeros(0.1, 6);
+        let model = Model {
+            svm_type: SvmType::NuSvr,
+            kernel: Kernel::Polynomial { degree: 0, gamma: 1e-12, coef0: -1e30 },
+            labels: vec![],
+            class_counts: vec![],
+            rho: vec![5e-324],
+            prob_a: vec![],
+            prob_b: vec![],
+            prob_density_marks: vec![],
+            features,
+            support_vectors: made.rows.iter().map(|v| v / 3.0).collect(),
+            coefficients: vec![(0..vectors).map(|i| i as f64 / 7.0 - 3.3).collect()],
+        };
+        assert!(Model::from_text(&model.to_text().unwrap()).unwrap() == model, "{vectors} x {features}");
+    }
 }
 
 #[test]
@@ -295,6 +320,9 @@ fn bits(model: &Model) -> Vec<u64> {
     model.support_vectors.iter().chain(coefficients).chain(&model.rho).map(|v| v.to_bits()).collect()
 }
 
+const PIECES: &str = "(?s)(.{0,20}|svm_type c_svc\n|kernel_type rbf\n|gamma .{1,3}\n|nr_class 2\n|total_sv [0-3]\n\
+                      |rho 0\n|label 0 1\n|nr_sv [0-2] [0-2]\n|SV\n|[0-9] [0-9]:[0-9]\n){0,14}";
+
 proptest! {
     #[test]
     fn written_and_read_again_it_is_identical(model in model()) {
@@ -306,7 +334,7 @@ proptest! {
     }
 
     #[test]
-    fn hostile_text_is_an_error_at_most(text in "(?s)(.{0,20}|svm_type c_svc\n|kernel_type rbf\n|gamma .{1,3}\n|nr_class 2\n|total_sv [0-3]\n|rho 0\n|label 0 1\n|nr_sv [0-2] [0-2]\n|SV\n|[0-9] [0-9]:[0-9]\n){0,14}") {
+    fn hostile_text_is_an_error_at_most(text in PIECES) {
         let _ = Model::from_text(&text);
     }
 

@@ -1,8 +1,8 @@
-//! Decision values and scaling against libSVM's own: stored ones everywhere (written by `scripts/svm-test-data.sh`), the
-//! installed library where there is one.
+//! Decision values and scaling against libSVM's own: stored ones everywhere (written by
+//! `scripts/svm-test-data.sh`), the installed library where there is one.
 //!
-//! Values must agree to 1e-10: absolutely where libSVM's value is below 1 in magnitude, relative to it above. Never
-//! relative to the sum of the terms, which would hide cancellation.
+//! Values must agree to 1e-10: absolutely where libSVM's value is below 1 in magnitude, relative to it above.
+//! Never relative to the sum of the terms, which would hide cancellation.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -35,8 +35,8 @@ fn learns_pixels_better_than_chance() {
     assert_eq!(Model::from_text(&model.to_text().unwrap()).unwrap(), model);
 }
 
-/// svm-train on the same data: the same support vectors, coefficients and rho. Debian's svm-train rounds gamma to f32,
-/// so all parameters here are exact in f32.
+/// svm-train on the same data: the same support vectors, coefficients and rho. Debian's svm-train rounds
+/// gamma to f32, so all parameters here are exact in f32.
 #[test]
 fn equals_svm_train() {
     if std::process::Command::new("svm-train").output().is_err() {

@@ -73,9 +73,9 @@ pub const PIXEL_FEATURES: [&str; 8] = [
     "samples",
 ];
 
-/// Pixel statistics as a path tracer's adaptive sampler would see them, most of them in \[0, 1\], and the label 1
-/// (sample more) or -1. The label is noisy, as a single measured error is: an RBF machine makes about 40 % of the rows
-/// support vectors.
+/// Pixel statistics as a path tracer's adaptive sampler would see them, most of them in \[0, 1\], and the
+/// label 1 (sample more) or -1. The label is noisy, as a single measured error is: an RBF machine makes about
+/// 40 % of the rows support vectors.
 #[must_use]
 pub fn pixels(rows: usize, seed: u64) -> SvmData {
     let mut random = Random::new(seed);
@@ -104,7 +104,8 @@ pub fn pixels(rows: usize, seed: u64) -> SvmData {
     SvmData { features: 8, rows: values, labels }
 }
 
-/// `classes` overlapping normal blobs around random centres in the unit cube; labels are 0 to `classes - 1`, in turn.
+/// `classes` overlapping normal blobs around random centres in the unit cube; labels are 0 to `classes - 1`,
+/// in turn.
 #[must_use]
 pub fn blobs(rows: usize, features: usize, classes: usize, seed: u64) -> SvmData {
     let mut random = Random::new(seed);

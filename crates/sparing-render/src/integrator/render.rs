@@ -15,11 +15,9 @@ pub struct Renderer<'a> {
     pub(super) trace: TracePacket,
 }
 
-/// One pass over the film that brings every active pixel to `target` samples.
+/// One pass over the film, seen and stopped from outside.
 #[derive(Debug, Default)]
 pub struct Wave {
-    /// Samples that each active pixel has afterwards.
-    pub target: u32,
     /// Set from outside to end the wave at the next pixel.
     pub stop: AtomicBool,
     /// Samples taken so far, for progress.
@@ -55,14 +53,15 @@ impl<'a> Renderer<'a> {
         &self.settings
     }
 
-    /// Brings every pixel for which `active` holds to `wave.target` samples. Returns the rays traced.
+    /// Brings every pixel to as many samples as `target` says; those that have them are left alone. Returns the
+    /// rays traced.
     pub fn run(
         &self,
         film: &mut Film,
         wave: &Wave,
-        active: impl Fn(&Tile, usize) -> bool + Sync,
+        target: impl Fn(&Tile, usize) -> u32 + Sync,
     ) -> TraceStatistics {
-        film.tiles.par_iter_mut().map(|tile| self.run_tile(tile, wave, &active)).reduce(
+        film.tiles.par_iter_mut().map(|tile| self.run_tile(tile, wave, &target)).reduce(
             TraceStatistics::default,
             |mut a, b| {
                 a += b;
@@ -75,7 +74,7 @@ impl<'a> Renderer<'a> {
         &self,
         tile: &mut Tile,
         wave: &Wave,
-        active: &impl Fn(&Tile, usize) -> bool,
+        target: &impl Fn(&Tile, usize) -> u32,
     ) -> TraceStatistics {
         let mut statistics = TraceStatistics::default();
         let mut samples = 0;
@@ -86,10 +85,10 @@ impl<'a> Renderer<'a> {
                     wave.samples.fetch_add(samples, Ordering::Relaxed);
                     return statistics;
                 }
-                if active(tile, index) {
-                    let from = tile.pixels[index].count();
-                    statistics += self.sample_pixel(tile, index, from, wave.target);
-                    samples += u64::from(wave.target.saturating_sub(from));
+                let (from, to) = (tile.pixels[index].count(), target(tile, index));
+                if from < to {
+                    statistics += self.sample_pixel(tile, index, from, to);
+                    samples += u64::from(to - from);
                 }
             }
         }

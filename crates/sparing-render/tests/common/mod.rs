@@ -86,8 +86,8 @@ pub fn render_with(
     let crop = description.film.crop.unwrap_or([0, 0, size[0], size[1]]);
     let scene = Scene::build(description, BuildOptions::default()).expect("the scene builds");
     let mut film = Film::new(size, crop, options);
-    let wave = Wave { target: spp, ..Wave::default() };
-    Renderer::new(&scene, settings, options).run(&mut film, &wave, |_, _| true);
+    let wave = Wave::default();
+    Renderer::new(&scene, settings, options).run(&mut film, &wave, |_, _| spp);
     assert_eq!(film.invalid_samples(), 0, "first at {:?}", film.first_invalid());
     film
 }

@@ -1,4 +1,5 @@
-//! Data files of libSVM and svmlight, read: `label index:value ...`, indices from 1, ascending, zeros left out.
+//! Data files of libSVM and svmlight, read: `label index:value ...`, indices from 1, ascending, zeros left
+//! out.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -8,7 +9,7 @@ use super::Data;
 use crate::error::{Result, SvmError};
 use crate::text::{FeatureLimit, Lines};
 
-/// Guards against absurd or hostile files.
+/// Guards against absurd or hostile files. Reading takes up to three times the memory of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataLimits {
     /// Most rows. Default 100,000,000.
@@ -43,8 +44,8 @@ pub struct SparseRow {
     pub features: Vec<(u32, f64)>,
 }
 
-/// Reads row by row, in constant memory. Comments from `#` to the end of the line, and lines without anything else,
-/// are skipped; `qid:`, which only ranking has, is refused.
+/// Reads row by row, in constant memory. Comments from `#` to the end of the line, and lines without anything
+/// else, are skipped; `qid:`, which only ranking has, is refused.
 pub struct DataReader<R> {
     lines: Lines<R>,
     limit: FeatureLimit,
@@ -126,7 +127,8 @@ impl Data {
     /// Reads a data file whole.
     ///
     /// # Errors
-    /// The file cannot be read, a line is malformed, or the data are beyond the limits; the message has the line.
+    /// The file cannot be read, a line is malformed, or the data are beyond the limits; the message has the
+    /// line.
     pub fn read(path: impl AsRef<Path>, options: &DataOptions) -> Result<Self> {
         Self::collect(DataReader::open(path, options)?, options)
     }

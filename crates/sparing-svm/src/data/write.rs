@@ -9,8 +9,8 @@ use crate::atomic::write_file;
 use crate::error::{Result, SvmError};
 use crate::text::push_number;
 
-/// Writes row by row. Numbers have the fewest digits that read back as the same bits. Zeros are left out, but the
-/// first row names its last feature even if that is zero, so that the number of features is not lost.
+/// Writes row by row. Numbers have the fewest digits that read back as the same bits. Zeros are left out, but
+/// the first row names its last feature even if that is zero, so that the number of features is not lost.
 pub struct DataWriter<W> {
     writer: W,
     name: String,

@@ -58,7 +58,7 @@ impl Machine {
         // Clamped and padded lanes each add at most 2^MIN_EXPONENT.
         let tail = lanes * (R::MIN_EXPONENT + 1.0).exp2();
         let bound = factor * (sum.error + tail) + self.definition_error(factor * sum.magnitude);
-        Value { value: factor * sum.value - self.rho, bound }
+        Value::new(factor * sum.value - self.rho, bound)
     }
 
     /// How far the definition, and this level's own sums in f64, can be from the exact value. The definition adds up `len`
@@ -92,17 +92,23 @@ impl Machine {
         let definition = 2.0 * (self.features + 4) as f64 * f64::UNIT / R::UNIT;
         let steps = self.steps(packed.features) + 4.0 + definition;
         let e = steps * R::UNIT * b;
+        let largest_power = match self.kernel {
+            Kernel::Polynomial { degree, .. } => f64::from(degree),
+            _ => 1.0,
+        };
         let (error, largest) = match self.kernel {
-            Kernel::Polynomial { degree, .. } => {
-                let p = f64::from(degree);
+            Kernel::Polynomial { .. } => {
+                let p = largest_power;
                 (p * (b + e).powf((p - 1.0).max(0.0)) * e + (2.0 * p + 4.0) * R::UNIT * b.powf(p), b.powf(p))
             }
             _ => (e + 8.0 * R::UNIT + exp_error, 1.0),
         };
         let sums = (depth + 2.0) * R::UNIT + (self.len as f64 + 8.0) * f64::UNIT;
-        let bound =
-            1.1 * (self.weight * self.weights * (error + sums * largest) + 2.0 * f64::UNIT * self.rho.abs());
-        Value { value: self.weight * sum.value - self.rho, bound }
+        let operations = self.len as f64 * (self.features as f64 + 2.0 * largest_power + 8.0);
+        let underflow = R::TINY * operations * b.max(1.0).powf(largest_power);
+        let error = self.weights * (error + sums * largest) + underflow;
+        let bound = 1.1 * (self.weight * error + 2.0 * f64::UNIT * self.rho.abs());
+        Value::new(self.weight * sum.value - self.rho, bound)
     }
 
     /// The largest [`Value::bound`] of the first level over all queries (RBF), or over the queries no longer than the

@@ -68,7 +68,8 @@ impl Machine {
         }
         let norm = packed.tiles.iter().map(|t| t.norm).fold(0.0, f64::max);
         let lowest = packed.tiles.iter().map(|t| -t.start).fold(0.0, f64::min);
-        if !norm.is_finite() || (rbf && norm > MAX_NORM) {
+        // With gamma 0 the definition is NaN for queries whose squared distance overflows: f64 sees that, f32 does not.
+        if !norm.is_finite() || (rbf && (norm > MAX_NORM || scale == 0.0)) {
             return None;
         }
         let (near, far) = if rbf {

@@ -21,6 +21,11 @@ pub(crate) struct Value {
 }
 
 impl Value {
+    /// A value that overflowed has no bound.
+    pub(crate) fn new(value: f64, bound: f64) -> Self {
+        Self { value, bound: if value.is_finite() && bound >= 0.0 { bound } else { f64::INFINITY } }
+    }
+
     /// Whether the sign is certain. False for NaN.
     pub(crate) fn is_certain(self) -> bool {
         self.value.abs() > self.bound
@@ -254,7 +259,7 @@ impl Machine {
         let value: f64 = l.weights.iter().zip(query).map(|(w, x)| w * x).sum::<f64>() - self.rho;
         let magnitude: f64 = l.magnitudes.iter().zip(query).map(|(w, x)| w * x.abs()).sum();
         let steps = (self.len + 2 * self.features + 4) as f64;
-        Some(Value { value, bound: 2.0 * steps * f64::UNIT * (magnitude + self.rho.abs()) })
+        Some(Value::new(value, 2.0 * steps * f64::UNIT * (magnitude + self.rho.abs())))
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) struct Tile {
     pub(crate) start: f64,
     /// Largest Euclidean norm of a vector.
     pub(crate) norm: f64,
-    /// Largest weight times number of vectors: no sum of kernel values below 1 is larger.
+    /// Sum of the weights: no sum of kernel values below 1 is larger.
     pub(crate) weight: f64,
 }
 
@@ -78,7 +78,7 @@ impl<R: Real> Packed<R> {
                 depth: sum_depth(groups),
                 start: tile.iter().map(|i| i.start.abs()).fold(0.0, f64::max),
                 norm: tile.iter().map(|i| norm(&i.vector)).fold(0.0, f64::max),
-                weight: tile.iter().map(&weight).fold(0.0, f64::max) * tile.len() as f64,
+                weight: tile.iter().map(&weight).sum(),
             });
         }
     }

@@ -61,7 +61,14 @@ impl Raw {
     fn read_line(&mut self, line: Line<'_>, limits: &ModelLimits) -> Result<()> {
         let mut words = line.words();
         let Some(key) = words.next() else { return Err(line.error("an empty line in the header")) };
-        let rest: Vec<Word<'_>> = words.collect();
+        // No header has more values than there can be pairs of classes, or density marks.
+        let most = (limits.classes.saturating_mul(limits.classes) / 2).max(DENSITY_MARKS);
+        let rest: Vec<Word<'_>> = words.by_ref().take(most).collect();
+        if let Some(word) = words.next() {
+            return Err(
+                word.error(format!("more than {most} values, too many for {} classes", limits.classes))
+            );
+        }
         match key.text {
             "svm_type" => set(&mut self.svm_type, key, line, svm_type(one(line, &rest)?)?),
             "kernel_type" => set(&mut self.kernel, key, line, kernel_type(one(line, &rest)?)?),

@@ -1,4 +1,5 @@
-//! libSVM's text format, read: strictly, because a number that is dropped in silence is a wrong decision later.
+//! libSVM's text format, read: strictly, because a number that is dropped in silence is a wrong decision
+//! later.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -9,7 +10,7 @@ use super::header::{Header, read_header};
 use crate::error::{Result, SvmError};
 use crate::text::{FeatureLimit, Lines};
 
-/// Guards against absurd or hostile files.
+/// Guards against absurd or hostile files. Reading takes up to three times the memory of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelLimits {
     /// Most support vectors. Default 4,000,000.
@@ -18,8 +19,8 @@ pub struct ModelLimits {
     pub features: usize,
     /// Most classes. Default 1,000.
     pub classes: usize,
-    /// Most values of all support vectors and coefficients together; models are dense in memory, 8 bytes a value.
-    /// Default 2^27, one GiB.
+    /// Most values of all support vectors and coefficients together; models are dense in memory, 8 bytes a
+    /// value. Default 2^27, one GiB.
     pub values: usize,
 }
 
@@ -32,8 +33,9 @@ impl Default for ModelLimits {
 /// How to read a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The number of features, as the range file or the card knows it. `None` takes the largest index in the file,
-    /// which is too few where the last features are zero in all support vectors and the writer left them out.
+    /// The number of features, as the range file or the card knows it. `None` takes the largest index in the
+    /// file, which is too few where the last features are zero in all support vectors and the writer left
+    /// them out.
     pub features: Option<usize>,
     /// Guards.
     pub limits: ModelLimits,
@@ -43,8 +45,8 @@ impl Model {
     /// Reads a libSVM model file.
     ///
     /// # Errors
-    /// The file cannot be read, or anything in it is malformed, contradictory or beyond the default limits; the
-    /// message has the line.
+    /// The file cannot be read, or anything in it is malformed, contradictory or beyond the default limits;
+    /// the message has the line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::read_with(path, &ReadOptions::default())
     }

@@ -7,8 +7,8 @@ use crate::error::{Result, SvmError};
 pub(super) const DENSITY_MARKS: usize = 10;
 
 impl Model {
-    /// Checks a model that was put together by hand: lengths that fit each other, distinct labels, finite numbers,
-    /// gamma not negative. Models that were read have passed.
+    /// Checks a model that was put together by hand: lengths that fit each other, distinct labels, finite
+    /// numbers, gamma not negative. Models that were read have passed.
     ///
     /// # Errors
     /// [`SvmError::Model`] with the first contradiction.

@@ -12,9 +12,9 @@ use crate::text::push_number;
 impl Model {
     /// Writes a libSVM model file. It appears under its name only when it is complete.
     ///
-    /// Numbers have the fewest digits that read back as the same bits, so a model that is read again is identical.
-    /// Zeros are left out, as libSVM does, but for one: where the last feature is zero in all vectors, the first
-    /// vector says so explicitly (`8:0`), and the number of features is not lost.
+    /// Numbers have the fewest digits that read back as the same bits, so a model that is read again is
+    /// identical. Zeros are left out, as libSVM does, but for one: where the last feature is zero in all
+    /// vectors, the first vector says so explicitly (`8:0`), and the number of features is not lost.
     ///
     /// libSVM before 3.3 cannot read models with `prob_density_marks`.
     ///

@@ -108,7 +108,8 @@ impl Parameters {
         Ok(())
     }
 
-    /// Each pair of classes must be able to take nu / 2 of its rows from either (libSVM's svm_check_parameter).
+    /// Each pair of classes must be able to take nu / 2 of its rows from either (libSVM's
+    /// svm_check_parameter).
     fn check_feasible(&self, classes: &BTreeMap<i32, usize>) -> Result<()> {
         let list: Vec<(i32, usize)> = classes.iter().map(|(label, count)| (*label, *count)).collect();
         for (i, (a, count_a)) in list.iter().enumerate() {

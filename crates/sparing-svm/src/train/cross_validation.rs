@@ -13,8 +13,8 @@ use crate::model::SvmType;
 pub struct CrossValidation {
     /// One a row: the class or value predicted without having seen its fold.
     pub predictions: Vec<f64>,
-    /// One a row, growing with the confidence in the larger label, or in +1 of a one-class machine; empty for more
-    /// than two classes and for regression.
+    /// One a row, growing with the confidence in the larger label, or in +1 of a one-class machine; empty for
+    /// more than two classes and for regression.
     pub values: Vec<f64>,
     /// The figures of all rows together.
     pub scores: Scores,

@@ -35,8 +35,8 @@ impl Folds {
         Self::dealt(classes.into_values().collect(), data.len(), count, seed)
     }
 
-    /// Rows with the same group (a scene, say) in the same fold: what is held out was not seen in any form. The largest
-    /// groups are placed first, each in the smallest fold.
+    /// Rows with the same group (a scene, say) in the same fold: what is held out was not seen in any form.
+    /// The largest groups are placed first, each in the smallest fold.
     ///
     /// # Errors
     /// Fewer than 2 folds, or fewer groups than folds.

@@ -36,8 +36,8 @@ pub struct GridPoint {
 pub struct GridSearch {
     /// All points, C by C.
     pub points: Vec<GridPoint>,
-    /// The parameters with the best merit ([`Scores::merit`]) among the finished points; of equals the smallest C, then
-    /// the smallest gamma.
+    /// The parameters with the best merit ([`Scores::merit`]) among the finished points; of equals the
+    /// smallest C, then the smallest gamma.
     pub best: Parameters,
     /// The point of `best`.
     pub best_point: GridPoint,
@@ -46,17 +46,18 @@ pub struct GridSearch {
 }
 
 impl Grid {
-    /// libSVM's customary grid, two steps of a factor of 4 finer than none: C from 2^-1 to 2^7 and gamma from 2^-5 to
-    /// 2^3.
+    /// C from 2^-1 to 2^7 and gamma from 2^-5 to 2^3 in factors of 4: the middle of the grid that libSVM's authors
+    /// recommend (Hsu, Chang and Lin 2003, section 3.2), for features scaled to one range.
     #[must_use]
-    pub fn customary() -> Self {
+    pub fn coarse() -> Self {
         let powers = |from: i32, to: i32| (from..=to).step_by(2).map(|e| 2_f64.powi(e)).collect();
         Self { c: powers(-1, 7), gamma: powers(-5, 3) }
     }
 }
 
-/// Cross-validates every point of the grid, all fits in parallel: at most as many as threads run at a time, with one
-/// kernel cache each. The result does not depend on the number of threads, unless the time limit cuts it short.
+/// Cross-validates every point of the grid, all fits in parallel: at most as many as threads run at a time,
+/// with one kernel cache each. The result does not depend on the number of threads, unless the time limit
+/// cuts it short.
 ///
 /// # Errors
 /// As [`super::cross_validate`]; an empty grid; [`SvmError::TimeLimit`] when not one point was finished.

@@ -1,5 +1,13 @@
-//! Training with libSVM's algorithm (the crate `libsvm-rs`, whose models are bit for bit those of `svm-train`; see
-//! `docs/svm-training.md`), cross-validation, and the search for C and gamma.
+//! Training with libSVM's algorithm, cross-validation, and the search for C and gamma. The crate `libsvm-rs` does the
+//! work: the C-SVC models that were compared are bit for bit those of `svm-train` (`docs/svm-training.md`).
+//!
+//! ```
+//! use sparing_svm::{Data, Parameters};
+//! let data = Data::new(1, vec![-2.0, -1.0, 1.0, 2.0], vec![-1.0, -1.0, 1.0, 1.0])?;
+//! let model = Parameters::rbf(1.0, 0.5).train(&data)?;
+//! assert_eq!(model.prediction(&[model.decision_value(&[1.5])]), 1.0);
+//! # Ok::<(), sparing_svm::SvmError>(())
+//! ```
 
 mod check;
 mod control;
@@ -83,10 +91,10 @@ impl Parameters {
     /// Trains. The result depends on the data, their order and the parameters only.
     ///
     /// # Errors
-    /// Parameters out of range; data with no rows, values that are not finite (which row and feature), constant
-    /// features (which), one class only (which), labels that are no whole numbers (which row), instance weights,
-    /// which libSVM does not know (see [`Data::resampled`]); an infeasible nu (for which classes); features so large
-    /// that kernel values are not finite.
+    /// Parameters out of range; data with no rows, values that are not finite (which row and feature),
+    /// constant features (which), one class only (which), labels that are no whole numbers (which row),
+    /// instance weights, which libSVM does not know (see [`Data::resampled`]); an infeasible nu (for which
+    /// classes); features so large that kernel values are not finite.
     pub fn train(&self, data: &Data) -> Result<Model> {
         self.check(data)?;
         self.fit(data)

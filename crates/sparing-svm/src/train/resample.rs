@@ -5,9 +5,9 @@ use crate::error::{Result, SvmError};
 use crate::random::Random;
 
 impl Data {
-    /// `rows` rows drawn in proportion to the weights by systematic sampling (one random offset, equal steps): a row
-    /// of weight `w` occurs `rows w / sum` times, rounded down or up, and its expected count is exact. Rows stay in
-    /// their order; the result has no weights. Without weights all rows count alike.
+    /// `rows` rows drawn in proportion to the weights by systematic sampling (one random offset, equal
+    /// steps): a row of weight `w` occurs `rows w / sum` times, rounded down or up, and its expected count is
+    /// exact. Rows stay in their order; the result has no weights. Without weights all rows count alike.
     ///
     /// # Errors
     /// The data are not valid or have no row.

@@ -9,9 +9,11 @@ pub enum Scores {
     Classes {
         /// Share of rows with the right class, 0 to 1.
         accuracy: f64,
-        /// Mean over classes of the share that is right: 0.5 for a coin with two classes, however unequal they are.
+        /// Mean over classes of the share that is right: 0.5 for a coin with two classes, however unequal
+        /// they are.
         balanced_accuracy: f64,
-        /// Area under the receiver operating characteristic, 0 to 1: two classes only, the larger label is positive.
+        /// Area under the receiver operating characteristic, 0 to 1: two classes only, the larger label is
+        /// positive.
         auc: Option<f64>,
     },
     /// Regression.
@@ -63,8 +65,8 @@ impl Scores {
     }
 }
 
-/// The share of pairs of a positive and a negative row that are in the right order; ties count half (the statistic of
-/// Mann and Whitney 1947 over the number of pairs).
+/// The share of pairs of a positive and a negative row that are in the right order; ties count half (the
+/// statistic of Mann and Whitney 1947 over the number of pairs).
 fn auc(labels: &[f64], values: &[f64], positive: i64) -> f64 {
     let mut order: Vec<usize> = (0..labels.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));

@@ -16,6 +16,8 @@ pub(crate) trait Real: Copy + Send + Sync + 'static + PartialOrd {
     const MANTISSA_BITS: u32;
     /// Half the distance from 1 to the next number: the largest relative error of one rounding.
     const UNIT: f64;
+    /// Smallest normal number: no operation that underflows is off by more.
+    const TINY: f64;
     /// Smallest exponent that the exponentials are computed for, a few above the smallest normal number's; smaller
     /// ones give `2^MIN_EXPONENT`, so no denormal number ever comes up.
     const MIN_EXPONENT: f64;
@@ -37,6 +39,7 @@ pub(crate) struct Row<T, const N: usize>(pub(crate) [T; N]);
 impl Real for f32 {
     const MANTISSA_BITS: u32 = 23;
     const UNIT: f64 = f32::EPSILON as f64 / 2.0;
+    const TINY: f64 = f32::MIN_POSITIVE as f64;
     const MIN_EXPONENT: f64 = -125.0;
     const LANES: usize = 16;
     type Row = Row<f32, 16>;
@@ -53,6 +56,7 @@ impl Real for f32 {
 impl Real for f64 {
     const MANTISSA_BITS: u32 = 52;
     const UNIT: f64 = f64::EPSILON / 2.0;
+    const TINY: f64 = f64::MIN_POSITIVE;
     const MIN_EXPONENT: f64 = -1020.0;
     const LANES: usize = 8;
     type Row = Row<f64, 8>;

@@ -1,0 +1,236 @@
+//! The loop: sample a layer, look, decide, again.
+
+use crate::goal::{Bounds, predicted_error};
+use crate::policy::{Barrier, Decisions, Policy};
+use crate::view::View;
+use serde::Serialize;
+use sparing_image::film::{Film, Tile};
+use sparing_render::Renderer;
+use sparing_render::integrator::{TraceStatistics, Wave};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// When to stop, whatever the policy says.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Least and most samples of a pixel.
+    pub bounds: Bounds,
+    /// Time for sampling and deciding.
+    pub time: Option<Duration>,
+    /// What radiance is multiplied by before it is judged; by default what the first layer suggests.
+    pub exposure: Option<f32>,
+}
+
+/// Why a render stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StoppedBy {
+    /// All pixels have the most samples.
+    Spp,
+    /// The policy is content with all pixels.
+    Policy,
+    /// The time limit.
+    TimeLimit,
+    /// A signal.
+    Interrupt,
+}
+
+/// One layer, afterwards.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Layer {
+    /// Most samples that a pixel has afterwards.
+    pub spp: u32,
+    /// Pixels sampled.
+    pub active_pixels: u64,
+    /// Seconds of sampling.
+    pub sample_seconds: f64,
+    /// Seconds of deciding who goes on after it.
+    pub decide_seconds: f64,
+}
+
+/// A finished render.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Layers in order.
+    pub layers: Vec<Layer>,
+    /// Rays traced.
+    pub rays: TraceStatistics,
+    /// Why it ended.
+    pub stopped_by: StoppedBy,
+    /// Seconds of sampling and deciding.
+    pub seconds: f64,
+    /// What radiance was multiplied by; `None` if no decision depended on it.
+    pub exposure: Option<f32>,
+    /// Predicted mean CIEDE2000 error of the picture at that exposure, if the policy looked at errors.
+    pub predicted_error: Option<f64>,
+    /// The last decision values, one a pixel in rows; empty if the policy has none.
+    pub decisions: Vec<f32>,
+}
+
+/// Where a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// When sampling began.
+    pub start: Instant,
+    /// Most samples per pixel that the layer aims at.
+    pub spp: u32,
+    /// Pixels that are sampled in it.
+    pub active_pixels: u64,
+    /// Samples taken.
+    pub done: u64,
+    /// Samples at most.
+    pub total: u64,
+}
+
+/// Watches a render.
+pub trait Observe: Sync {
+    /// Called several times a second, from another thread.
+    fn tick(&self, progress: &Progress);
+    /// Called at every barrier.
+    fn barrier(&mut self, film: &Film, progress: &Progress);
+}
+
+/// For renders that nobody watches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwatched;
+
+impl Observe for Unwatched {
+    fn tick(&self, _progress: &Progress) {}
+    fn barrier(&mut self, _film: &Film, _progress: &Progress) {}
+}
+
+/// Renders until the policy is content, a limit is reached or `interrupt` is set. The film may hold samples already:
+/// the render goes on from them.
+pub fn render(
+    renderer: &Renderer<'_>,
+    film: &mut Film,
+    policy: &mut dyn Policy,
+    limits: &Limits,
+    interrupt: &AtomicBool,
+    observer: &mut dyn Observe,
+) -> Outcome {
+    let start = Instant::now();
+    let bounds = limits.bounds;
+    let pixels = u64::from(film.width()) * u64::from(film.height());
+    let total = pixels * u64::from(bounds.max_spp);
+    let deadline = limits.time.and_then(|t| start.checked_add(t));
+    let mut outcome = Outcome {
+        layers: Vec::new(),
+        rays: TraceStatistics::default(),
+        stopped_by: StoppedBy::Spp,
+        seconds: 0.0,
+        exposure: limits.exposure,
+        predicted_error: None,
+        decisions: Vec::new(),
+    };
+    let mut done = film.samples();
+    let first = policy.first_target(bounds);
+    let mut decisions = Decisions { targets: vec![first; pixels as usize], values: Vec::new() };
+    loop {
+        let Some((spp, active_pixels)) = pending(film, &decisions.targets) else {
+            let all = decisions.targets.iter().all(|&t| t >= bounds.max_spp);
+            outcome.stopped_by = if all { StoppedBy::Spp } else { StoppedBy::Policy };
+            break;
+        };
+        let layer_start = Instant::now();
+        let progress = |done| Progress { start, spp, active_pixels, done, total };
+        let (rays, taken) = sample(renderer, film, &decisions.targets, deadline, interrupt, |taken| {
+            observer.tick(&progress(done + taken));
+        });
+        outcome.rays += rays;
+        done += taken;
+        let sample_seconds = layer_start.elapsed().as_secs_f64();
+        observer.barrier(film, &progress(done));
+        let stopped = if interrupt.load(Ordering::Relaxed) {
+            Some(StoppedBy::Interrupt)
+        } else if limits.time.is_some_and(|t| start.elapsed() >= t) && done < total {
+            Some(StoppedBy::TimeLimit)
+        } else {
+            None
+        };
+        let decide_start = Instant::now();
+        if stopped.is_none() {
+            if policy.uses_exposure() && outcome.exposure.is_none() {
+                outcome.exposure = Some(View::auto_exposure(film));
+            }
+            let barrier = Barrier::new(film, bounds, outcome.exposure.unwrap_or(1.0));
+            decisions = policy.decide(&barrier);
+            outcome.decisions.clone_from(&decisions.values);
+        }
+        let decide_seconds = decide_start.elapsed().as_secs_f64();
+        outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
+        if let Some(stopped_by) = stopped {
+            outcome.stopped_by = stopped_by;
+            break;
+        }
+    }
+    outcome.seconds = start.elapsed().as_secs_f64();
+    if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
+        outcome.predicted_error = Some(predicted_error(&View::new(film, exposure)));
+    }
+    outcome
+}
+
+/// The most samples that a pixel is to get, and the number of pixels that get any; `None` if no pixel does.
+fn pending(film: &Film, targets: &[u32]) -> Option<(u32, u64)> {
+    let counts = film.map(|t, i| t.pixels[i].count());
+    let (mut spp, mut active) = (0, 0);
+    for (count, &target) in counts.into_iter().zip(targets) {
+        if target > count {
+            spp = spp.max(target);
+            active += 1;
+        }
+    }
+    (active > 0).then_some((spp, active))
+}
+
+/// Brings every pixel to its target. Gives the rays traced and the samples taken.
+fn sample(
+    renderer: &Renderer<'_>,
+    film: &mut Film,
+    targets: &[u32],
+    deadline: Option<Instant>,
+    interrupt: &AtomicBool,
+    report: impl Fn(u64) + Sync,
+) -> (TraceStatistics, u64) {
+    let wave = Wave::default();
+    let finished = AtomicBool::new(false);
+    let (width, [x0, y0, ..]) = (film.width() as usize, film.crop);
+    let target = |tile: &Tile, index: usize| {
+        let (x, y) = tile.position(index);
+        targets[(y - y0) as usize * width + (x - x0) as usize]
+    };
+    let rays = std::thread::scope(|scope| {
+        scope.spawn(|| watch(&wave, &finished, interrupt, deadline, &report));
+        let rays = renderer.run(film, &wave, target);
+        finished.store(true, Ordering::Relaxed);
+        rays
+    });
+    (rays, wave.samples.load(Ordering::Relaxed))
+}
+
+/// Watches a layer from a thread of its own: stops it on a signal or at the deadline, and reports.
+fn watch(
+    wave: &Wave,
+    finished: &AtomicBool,
+    interrupt: &AtomicBool,
+    deadline: Option<Instant>,
+    report: &(impl Fn(u64) + Sync),
+) {
+    let mut last = Instant::now();
+    while !finished.load(Ordering::Relaxed) {
+        let mut pause = Duration::from_millis(5);
+        if let Some(d) = deadline {
+            pause = pause.min(d.saturating_duration_since(Instant::now()));
+        }
+        std::thread::sleep(pause);
+        if interrupt.load(Ordering::Relaxed) || deadline.is_some_and(|d| Instant::now() >= d) {
+            wave.stop.store(true, Ordering::Relaxed);
+            return;
+        }
+        if last.elapsed() > Duration::from_millis(100) {
+            report(wave.samples.load(Ordering::Relaxed));
+            last = Instant::now();
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Where samples go: statistics of the pixels so far, policies that decide who goes on, the loop that drives them.
+//!
+//! A render proceeds in layers. Every pixel gets the minimum; then, at each barrier, a [`Policy`](policy::Policy) sees the
+//! statistics of all pixels ([`View`](view::View)) and says which of them double their samples. Nothing but the film passes
+//! from layer to layer, so the picture does not depend on threads or tile order.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`view`] | what is known of every pixel at a barrier |
+//! | [`pooling`] | neighbourhoods of 3 by 3 pixels |
+//! | [`goal`] | tolerance, average or fixed threshold; what threshold reaches it |
+//! | [`policy`] | one file a policy |
+//! | [`layers`] | the loop |
+
+pub mod goal;
+pub mod layers;
+pub mod policy;
+pub mod pooling;
+pub mod view;

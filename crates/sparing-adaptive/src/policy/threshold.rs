@@ -1,0 +1,81 @@
+//! One line: continue while the estimated error's marginal gain exceeds a threshold.
+
+use super::{Barrier, Decisions, Policy, doubled};
+use crate::goal::Goal;
+use crate::pooling::Plane;
+use crate::view::View;
+
+/// How a pixel's spread is joined with its neighbours'.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pooling {
+    /// The larger of its own and the root mean square of 3 by 3.
+    #[default]
+    RootMeanSquare,
+    /// The largest of 3 by 3: less bias in rarely lit places, more samples.
+    Maximum,
+}
+
+/// CIEDE2000 of a relative error of 1 at middle brightness (d L* = 116 / 3 Y^(1/3) dY / Y, at Y = 0.4): brings the two
+/// measures of error to one scale.
+const PERCEIVED_PER_RELATIVE: f32 = 28.0;
+
+/// The pooled rule. A pixel's spread is the larger of its relative and its perceived error from block means, times the square
+/// root of its samples; it continues while the pooled spread divided by its samples exceeds lambda.
+#[derive(Clone, Copy, Debug)]
+pub struct Threshold {
+    /// What sets lambda.
+    pub goal: Goal,
+    /// Neighbourhood.
+    pub pooling: Pooling,
+}
+
+impl Threshold {
+    /// The pooled rule for a goal.
+    #[must_use]
+    pub fn new(goal: Goal) -> Self {
+        Self { goal, pooling: Pooling::default() }
+    }
+
+    /// The pooled spread of each pixel, in CIEDE2000 for one sample.
+    #[must_use]
+    pub fn spread(&self, view: &View) -> Plane {
+        let own = view.plane(|p| {
+            let error = (PERCEIVED_PER_RELATIVE * p.relative_error).max(p.perceived_error);
+            // Saturated sums give no infinity here.
+            (error * (p.count as f32).sqrt()).min(1e30)
+        });
+        match self.pooling {
+            Pooling::RootMeanSquare => own.pooled(),
+            Pooling::Maximum => own.dilated(),
+        }
+    }
+}
+
+impl Policy for Threshold {
+    fn name(&self) -> &'static str {
+        "threshold"
+    }
+
+    fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
+        let view = barrier.view();
+        let spread = self.spread(view);
+        let lambda = self.goal.threshold(view, &spread, barrier.bounds);
+        let mut decisions = Decisions::default();
+        for (pixel, &spread) in view.pixels.iter().zip(&spread.values) {
+            let gain = f64::from(spread) / f64::from(pixel.count.max(1));
+            // Zero spread never continues, whatever lambda.
+            let go_on = gain > lambda && spread > 0.0;
+            decisions.targets.push(if go_on { doubled(pixel.count, barrier.bounds) } else { pixel.count });
+            decisions.values.push(decision_value(gain, lambda));
+        }
+        decisions
+    }
+}
+
+/// log2 of the gain over lambda, within +-64: positive where a pixel continues.
+fn decision_value(gain: f64, lambda: f64) -> f32 {
+    if gain <= 0.0 {
+        return -64.0;
+    }
+    (gain / lambda).log2().clamp(-64.0, 64.0) as f32
+}
