@@ -1,5 +1,6 @@
-//! How a certified cascade does on a model's own data: `cascade MODEL [SIZE,SIZE..]`. Queries are sampled around the support
-//! vectors; prints who decided how many, nanoseconds against the full evaluator, and the flips (always 0).
+//! How a certified cascade does on a model's own data: `cascade MODEL [SIZE,SIZE..]`. Queries are sampled
+//! around the support vectors; prints who decided how many, nanoseconds against the full evaluator, and the
+//! flips (always 0).
 
 use sparing_svm::prune::certified::{CascadeOptions, CertifiedCascade};
 use sparing_svm::prune::samples;

@@ -1,5 +1,5 @@
-//! Lines, areas and text for a plot, written as SVG or drawn as pixels. The PNG's letters are strokes of our own
-//! (`glyphs.txt`), so that they are there on machines without fonts.
+//! Lines, areas and text for a plot, written as SVG or drawn as pixels. The PNG's letters are strokes of our
+//! own (`glyphs.txt`), so that they are there on machines without fonts.
 
 use std::fmt::Write as _;
 

@@ -57,8 +57,8 @@ fn curve(kind: char, mut points: Stroke) -> Stroke {
     out
 }
 
-/// The strokes of a text, x to the right from its anchor, y upwards from the baseline. Characters that the font does not
-/// have are left blank.
+/// The strokes of a text, x to the right from its anchor, y upwards from the baseline. Characters that the font
+/// does not have are left blank.
 pub(super) fn strokes(text: &str, size: f64, anchor: Anchor) -> Vec<Stroke> {
     let scale = size * CAPITAL / 7.0;
     let mut x = 0.0;

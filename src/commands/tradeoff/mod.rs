@@ -32,15 +32,15 @@ use std::time::Instant;
 pub(super) struct TradeoffArguments {
     /// A libSVM model of two classes (or one class).
     model: PathBuf,
-    /// Labelled data in libSVM's format: a random half is fitted, the other measured. Without, queries are sampled around
-    /// the model's support vectors, and agreement with the full machine stands for accuracy.
+    /// Labelled data in libSVM's format: a random half is fitted, the other measured. Without, queries are
+    /// sampled around the model's support vectors, and agreement with the full machine stands for accuracy.
     #[arg(long, value_name = "FILE")]
     data: Option<PathBuf>,
     /// A range file of svm-scale that scales the data as the model was trained.
     #[arg(long, value_name = "FILE", requires = "data")]
     range: Option<PathBuf>,
-    /// Ways to prune: drop, random, kmeans, cholesky or greedy, and after a dash how coefficients are found: keep, rkhs,
-    /// fit, labels or logistic; or retrain. Default: a choice of them.
+    /// Ways to prune: drop, random, kmeans, cholesky or greedy, and after a dash how coefficients are found:
+    /// keep, rkhs, fit, labels or logistic; or retrain. Default: a choice of them.
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = method)]
     methods: Vec<Method>,
     /// Numbers of vectors.
@@ -59,8 +59,8 @@ pub(super) struct TradeoffArguments {
     /// Write the best machine of at most this many vectors as picked.model, with a card if the model has one.
     #[arg(long, value_name = "SIZE", value_parser = vectors, conflicts_with = "max_loss", allow_negative_numbers = true)]
     pick: Option<usize>,
-    /// Write the smallest machine that loses at most so many percentage points of accuracy (without data: of agreement) as
-    /// picked.model.
+    /// Write the smallest machine that loses at most so many percentage points of accuracy (without data: of
+    /// agreement) as picked.model.
     #[arg(long, value_name = "POINTS", value_parser = loss, allow_negative_numbers = true)]
     max_loss: Option<f64>,
     /// Threads, at most 1024; 0 is all.
@@ -68,7 +68,8 @@ pub(super) struct TradeoffArguments {
     threads: usize,
 }
 
-/// Most vectors of a reduced machine: its fit takes memory for this number times the model's vectors or the data's rows.
+/// Most vectors of a reduced machine: its fit takes memory for this number times the model's vectors or the
+/// data's rows.
 const MOST_VECTORS: usize = 4096;
 
 fn vectors(text: &str) -> Result<usize, String> {

@@ -1,7 +1,8 @@
 //! Dense algebra for some hundreds of unknowns: kernel matrices, Gram products, Cholesky.
 //!
-//! Every sum runs in an order that does not depend on threads. Sizes are small (at most a few thousand unknowns), so
-//! plain blocked loops that the compiler vectorises are enough: 30,000 rows x 512 columns take about a second.
+//! Every sum runs in an order that does not depend on threads. Sizes are small (at most a few thousand
+//! unknowns), so plain blocked loops that the compiler vectorises are enough: 30,000 rows x 512 columns take
+//! about a second.
 
 use crate::model::Kernel;
 use rayon::prelude::*;
@@ -39,8 +40,8 @@ pub(crate) fn kernel_matrix(kernel: Kernel, centres: Rows<'_>, points: Rows<'_>)
     out
 }
 
-/// `sum_i coefficients_i K(x_i, y_j)` for each `y_j`, with compensated sums: the rounding is that of the products,
-/// whatever the number of terms (see `certified::rounding`).
+/// `sum_i coefficients_i K(x_i, y_j)` for each `y_j`, with compensated sums: the rounding is that of the
+/// products, whatever the number of terms (see `certified::rounding`).
 pub(crate) fn expansion(kernel: Kernel, x: Rows<'_>, coefficients: &[f64], y: Rows<'_>) -> Vec<f64> {
     (0..y.len())
         .into_par_iter()

@@ -163,7 +163,8 @@ pub struct Sweep<'a> {
     values: Option<Vec<f64>>,
 }
 
-/// Clips of the decision values that are tried; outside of +-1 they are what the machine never was trained to keep.
+/// Clips of the decision values that are tried; outside of +-1 they are what the machine never was trained to
+/// keep.
 const CLIPS: [f64; 4] = [0.5, 1.0, 1.5, f64::INFINITY];
 
 impl<'a> Sweep<'a> {

@@ -98,7 +98,8 @@ pub(crate) mod testing {
     use super::Rng;
     use crate::model::{Kernel, Model, SvmType};
 
-    /// A two-class RBF machine of `n` vectors in the unit box: labels are noisy, so most coefficients sit at `c`.
+    /// A two-class RBF machine of `n` vectors in the unit box: labels are noisy, so most coefficients sit at
+    /// `c`.
     pub(crate) fn machine(n: usize, features: usize, gamma: f64, c: f64, seed: u64) -> Model {
         let mut rng = Rng::new(seed, 1);
         let mut rows: Vec<(f64, Vec<f64>)> = (0..n)

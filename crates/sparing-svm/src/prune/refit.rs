@@ -25,8 +25,8 @@ pub struct Fitted {
 /// Ridges that are tried, as shares of the mean diagonal.
 pub const RIDGES: [f64; 6] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0];
 
-/// The Cholesky factor of `a + ridge mean(diag a) I` for the smallest of growing ridges that works. The ridge is left off
-/// from unknown `penalised` on.
+/// The Cholesky factor of `a + ridge mean(diag a) I` for the smallest of growing ridges that works. The ridge
+/// is left off from unknown `penalised` on.
 fn factor(a: &[f64], m: usize, penalised: usize, ridge: f64) -> Option<Vec<f64>> {
     let mean = (0..penalised).map(|i| a[i * m + i]).sum::<f64>() / penalised.max(1) as f64;
     let mut ridge = ridge;
@@ -47,8 +47,9 @@ pub(crate) fn solve_ridge(a: &[f64], m: usize, penalised: usize, b: &[f64], ridg
     x.iter().all(|v| v.is_finite()).then_some(x)
 }
 
-/// The projection of w onto the span of the centres: `(K_mm + ridge) gamma = f(centres) + rho`, the threshold kept. A
-/// larger ridge keeps the coefficients small, which an evaluation in f32 needs; 1e-12 is as exact as f64 allows.
+/// The projection of w onto the span of the centres: `(K_mm + ridge) gamma = f(centres) + rho`, the threshold
+/// kept. A larger ridge keeps the coefficients small, which an evaluation in f32 needs; 1e-12 is as exact as
+/// f64 allows.
 ///
 /// # Errors
 /// Nothing finite comes out.
@@ -78,8 +79,9 @@ pub struct Points<'a> {
 /// Every fifth point is held out to choose ridge and clipping.
 const HELD_OUT: usize = 5;
 
-/// Ridge regression of the targets clipped to +-clip, threshold free. The ridge (of [`RIDGES`]) and the clip (of
-/// `clips`, infinity for none) that give most right signs on held-out points are taken, then all points fitted.
+/// Ridge regression of the targets clipped to +-clip, threshold free. The ridge (of [`RIDGES`]) and the clip
+/// (of `clips`, infinity for none) that give most right signs on held-out points are taken, then all points
+/// fitted.
 ///
 /// # Errors
 /// Nothing finite comes out.
@@ -118,8 +120,8 @@ pub fn ridge(
     solve_ridge(&g, fit.m, fit.m - 1, &b, ridge).map(fitted).ok_or(PruneError::Fit)
 }
 
-/// Logistic regression on the signs of the targets, by iteratively reweighted least squares. The ridge that gives most
-/// right signs on held-out points is taken.
+/// Logistic regression on the signs of the targets, by iteratively reweighted least squares. The ridge that
+/// gives most right signs on held-out points is taken.
 ///
 /// # Errors
 /// Nothing finite comes out.

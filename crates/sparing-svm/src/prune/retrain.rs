@@ -1,4 +1,5 @@
-//! The machine trained again on a part of the data, as small as asked for: how the sampler of 2015 was made cheap.
+//! The machine trained again on a part of the data, as small as asked for: how the sampler of 2015 was made
+//! cheap.
 
 use super::method::Examples;
 use super::{PruneError, Rng};
@@ -11,8 +12,9 @@ const TRIALS: usize = 5;
 /// Rows for each vector wanted, at first: noisy labels make about 40 % of the rows support vectors.
 const FIRST: f64 = 2.2;
 
-/// A machine of at most `size` vectors, trained with libSVM's algorithm on a random part of the labelled rows, with the
-/// model's kernel. C is the model's largest |coefficient| of each class, which is C when any vector sits at its bound.
+/// A machine of at most `size` vectors, trained with libSVM's algorithm on a random part of the labelled rows,
+/// with the model's kernel. C is the model's largest |coefficient| of each class, which is C when any vector
+/// sits at its bound.
 ///
 /// # Errors
 /// The model is no C-SVC, there are no labels, one class is missing, or training fails.

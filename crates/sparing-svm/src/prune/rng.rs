@@ -1,5 +1,5 @@
-//! Random numbers for seeded choices: SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
-//! generators"), the same on every machine.
+//! Random numbers for seeded choices: SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom
+//! number generators"), the same on every machine.
 
 /// A generator; equal seeds give equal sequences.
 #[derive(Clone, Debug)]

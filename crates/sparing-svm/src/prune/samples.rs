@@ -8,9 +8,9 @@ const BEYOND: f64 = 0.2;
 /// Noise added to each feature, as a share of its standard deviation over the support vectors.
 const JITTER: f64 = 0.1;
 
-/// `count` queries, row by row: each on the line through two random support vectors (and a little beyond them), with
-/// normal noise on every feature. The support vectors of noisy data cover the data, so these queries do too; their
-/// density is a guess, and so is every agreement that is measured with them.
+/// `count` queries, row by row: each on the line through two random support vectors (and a little beyond them),
+/// with normal noise on every feature. The support vectors of noisy data cover the data, so these queries do
+/// too; their density is a guess, and so is every agreement that is measured with them.
 #[must_use]
 pub fn queries(model: &Model, count: usize, seed: u64) -> Vec<f64> {
     let (n, features) = (model.len(), model.features);

@@ -11,8 +11,8 @@ pub use k_means::k_means;
 use super::Rng;
 use crate::model::Model;
 
-/// The `size` vectors of largest |coefficient|, the first of equals: what dropping the smallest leaves. It fails on
-/// machines trained on noisy labels, where nearly all coefficients sit at the bound C.
+/// The `size` vectors of largest |coefficient|, the first of equals: what dropping the smallest leaves. It
+/// fails on machines trained on noisy labels, where nearly all coefficients sit at the bound C.
 #[must_use]
 pub fn largest_coefficients(model: &Model, size: usize) -> Vec<usize> {
     let coefficients = &model.coefficients[0];

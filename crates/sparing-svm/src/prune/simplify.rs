@@ -1,9 +1,10 @@
 //! Simplifications that keep the function: only the rounding of f64 sums changes.
 //!
-//! What looks exact and is not: a feature that is constant in all support vectors of an RBF machine cannot be left out,
-//! since a query that differs there is further from every vector: it multiplies each kernel value by
-//! `exp(-gamma (x - c)^2)`. For kernels of the inner product, a feature that is zero in all vectors has no effect on any
-//! finite query; the evaluator leaves it out when it compiles the machine, and the model keeps its number of features.
+//! What looks exact and is not: a feature that is constant in all support vectors of an RBF machine cannot be
+//! left out, since a query that differs there is further from every vector: it multiplies each kernel value by
+//! `exp(-gamma (x - c)^2)`. For kernels of the inner product, a feature that is zero in all vectors has no
+//! effect on any finite query; the evaluator leaves it out when it compiles the machine, and the model keeps
+//! its number of features.
 
 use super::{PruneError, check, with_vectors};
 use crate::model::{Kernel, Model};
@@ -20,8 +21,9 @@ pub struct Simplification {
     pub collapsed: bool,
 }
 
-/// The same machine with duplicate vectors merged, zero coefficients dropped, and, for the linear kernel, all vectors
-/// collapsed to `w = sum of coefficient times vector` (one support vector of coefficient 1). At least one vector stays.
+/// The same machine with duplicate vectors merged, zero coefficients dropped, and, for the linear kernel, all
+/// vectors collapsed to `w = sum of coefficient times vector` (one support vector of coefficient 1). At least
+/// one vector stays.
 ///
 /// # Errors
 /// The model has several machines, is a regression, or is broken.

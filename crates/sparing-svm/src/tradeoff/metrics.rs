@@ -31,8 +31,8 @@ pub fn quality(values: &[f64], labels: &[f64]) -> Quality {
     }
 }
 
-/// The chance that a random positive has a larger value than a random negative, ties counted half: the statistic of Mann and
-/// Whitney (1947), as Hanley and McNeil (1982) read it. `None` when a class is missing.
+/// The chance that a random positive has a larger value than a random negative, ties counted half: the
+/// statistic of Mann and Whitney (1947), as Hanley and McNeil (1982) read it. `None` when a class is missing.
 #[must_use]
 pub fn area_under_curve(values: &[f64], labels: &[f64]) -> Option<f64> {
     let mut order: Vec<(f64, bool)> = values.iter().zip(labels).map(|(v, l)| (*v, *l > 0.0)).collect();

@@ -1,8 +1,9 @@
 //! What each way to prune costs and keeps: accuracy, agreement, time and memory of many reduced machines.
 //!
-//! With labelled data, one random half is there for fits and the other half is measured: no figure comes from data that
-//! a fit has seen (whether the model itself was trained on it, only the user knows). Without data, queries are sampled
-//! around the support vectors ([`crate::prune::samples`]); then there is agreement with the full machine, but no accuracy.
+//! With labelled data, one random half is there for fits and the other half is measured: no figure comes from
+//! data that a fit has seen (whether the model itself was trained on it, only the user knows). Without data,
+//! queries are sampled around the support vectors ([`crate::prune::samples`]); then there is agreement with the
+//! full machine, but no accuracy.
 
 mod measure;
 mod metrics;
@@ -76,8 +77,8 @@ pub struct Point {
     pub bytes: usize,
     /// Whether no other machine is both faster and at least as good.
     pub pareto: bool,
-    /// Effect on the error of rendered pictures (relative to the full machine's), for when a renderer has measured it: set it,
-    /// and it appears in all outputs; absent until then.
+    /// Effect on the error of rendered pictures (relative to the full machine's), for when a renderer has
+    /// measured it: set it, and it appears in all outputs; absent until then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rendered_error: Option<f64>,
     /// The reduced machine; absent for the cascade.
@@ -237,8 +238,8 @@ impl Tradeoff {
         fitting.max_by(|a, b| a.score().total_cmp(&b.score()).then(b.vectors.cmp(&a.vectors)))
     }
 
-    /// The smallest reduced machine whose score is at most `points` percentage points below the full machine's, the best of
-    /// equals.
+    /// The smallest reduced machine whose score is at most `points` percentage points below the full machine's,
+    /// the best of equals.
     #[must_use]
     pub fn pick_loss(&self, points: f64) -> Option<&Point> {
         let least = self.full.score() - points / 100.0;

@@ -4,8 +4,8 @@ use super::{Point, Tradeoff};
 use std::fmt::Write as _;
 
 impl Tradeoff {
-    /// One line for the full machine and each point. Shares are 0 to 1; accuracies are empty without labels. The column
-    /// `rendered_error` is there only when a point has it.
+    /// One line for the full machine and each point. Shares are 0 to 1; accuracies are empty without labels.
+    /// The column `rendered_error` is there only when a point has it.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let rendered = self.points.iter().chain([&self.full]).any(|p| p.rendered_error.is_some());

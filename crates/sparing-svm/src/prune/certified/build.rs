@@ -14,7 +14,8 @@ use std::time::Instant;
 /// How a cascade is built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CascadeOptions {
-    /// Sizes of the levels in the order of their use, at most [`MAX_LEVELS`]; without, those that were fastest on the samples.
+    /// Sizes of the levels in the order of their use, at most [`MAX_LEVELS`]; without, those that were fastest
+    /// on the samples.
     pub sizes: Option<Vec<usize>>,
     /// Sampled queries to choose with.
     pub samples: usize,
@@ -215,7 +216,8 @@ fn time(queries: &[f64], mut run: impl FnMut(&[f64], &mut [f64]), features: usiz
     (0..5).map(once).fold(f64::INFINITY, f64::min) * 1e9 / (queries.len() / features) as f64
 }
 
-/// The use of each candidate that costs least on the samples: all combinations of up to [`MAX_LEVELS`] are tried.
+/// The use of each candidate that costs least on the samples: all combinations of up to [`MAX_LEVELS`] are
+/// tried.
 fn cheapest(candidates: &[Candidate], full: f64, samples: usize) -> Vec<Use> {
     let mut best = (full * samples as f64, vec![Use::No; candidates.len()]);
     let mut uses = vec![Use::No; candidates.len()];

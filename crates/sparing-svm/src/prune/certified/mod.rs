@@ -1,13 +1,13 @@
 //! The certified cascade: small machines decide what they provably can, the full machine the rest.
 //!
 //! A reduced machine g of m vectors, with the norm of what it leaves out, bounds the full machine f everywhere
-//! ([`ErrorBound`]). Where `|g|` is above the bound, its sign is f's sign. First the bound that holds anywhere is tried; only
-//! where it fails, and where that was found to pay, the nearest of the vectors gives a sharper one. Queries that stay
-//! open go to the next level, at last to the full machine.
+//! ([`ErrorBound`]). Where `|g|` is above the bound, its sign is f's sign. First the bound that holds anywhere
+//! is tried; only where it fails, and where that was found to pay, the nearest of the vectors gives a sharper
+//! one. Queries that stay open go to the next level, at last to the full machine.
 //!
-//! The truth is the sign of [`Model::decision_value`], rounding included: every bound has the evaluator's proven error of g
-//! and the allowance for f64 sums of both machines added. No sign can differ, whatever the query, infinity
-//! and NaN included (NaN decides nothing and goes to the full machine).
+//! The truth is the sign of [`Model::decision_value`], rounding included: every bound has the evaluator's
+//! proven error of g and the allowance for f64 sums of both machines added. No sign can differ, whatever the
+//! query, infinity and NaN included (NaN decides nothing and goes to the full machine).
 
 mod bound;
 mod build;
@@ -138,8 +138,8 @@ impl CertifiedCascade {
         CascadeScratch { rows: vec![0.0; CHUNK * self.features], open: Vec::with_capacity(CHUNK) }
     }
 
-    /// A value for each query (row by row) whose sign, `> 0` or not, is that of [`Model::decision_value`]; its size is that of
-    /// the machine that decided. Says who decided how many.
+    /// A value for each query (row by row) whose sign, `> 0` or not, is that of [`Model::decision_value`]; its
+    /// size is that of the machine that decided. Says who decided how many.
     ///
     /// # Panics
     /// When `queries` does not hold `out.len() * features()` values.

@@ -1,5 +1,5 @@
-//! The nearest of some hundred vectors, roughly: in f32, since any vector gives a valid bound and the distance to the
-//! chosen one is computed again in f64.
+//! The nearest of some hundred vectors, roughly: in f32, since any vector gives a valid bound and the distance
+//! to the chosen one is computed again in f64.
 
 /// Vectors by feature, so that distances of neighbours are computed together.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 //! Greedy orders of the support vectors in the kernel's Hilbert space, by the Newton basis.
 //!
-//! Both rules orthogonalise the kernel functions one after the other, which is the Cholesky factorisation of the
-//! kernel matrix with pivots (Mueller and Schaback 2009, "A Newton basis for kernel spaces", section 4). A prefix of the
-//! order is the order of the smaller size, so that one run serves all sizes.
+//! Both rules orthogonalise the kernel functions one after the other, which is the Cholesky factorisation of
+//! the kernel matrix with pivots (Mueller and Schaback 2009, "A Newton basis for kernel spaces", section 4). A
+//! prefix of the order is the order of the smaller size, so that one run serves all sizes.
 
 use crate::model::Model;
 use crate::prune::dense::{Rows, compensated, dot, expansion};
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 /// Which vector comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GreedyRule {
-    /// The one furthest from the span of those before: pivoted Cholesky (Fine and Scheinberg 2001), the P-greedy
-    /// rule of De Marchi, Schaback and Wendland (2005). Looks at the vectors only.
+    /// The one furthest from the span of those before: pivoted Cholesky (Fine and Scheinberg 2001), the
+    /// P-greedy rule of De Marchi, Schaback and Wendland (2005). Looks at the vectors only.
     Power,
-    /// The one whose direction takes most off the rest of w: orthogonal matching pursuit with the best single step
-    /// (Dutra Santos and Wendland's f/P-greedy; Wenzel, Santin and Haasdonk 2023). Needs f at all vectors.
+    /// The one whose direction takes most off the rest of w: orthogonal matching pursuit with the best single
+    /// step (Dutra Santos and Wendland's f/P-greedy; Wenzel, Santin and Haasdonk 2023). Needs f at all vectors.
     Residual,
 }
 
@@ -31,8 +31,8 @@ pub struct Ordering {
 /// Power below this share of the largest K(x, x) counts as dependent: rounding has reached it.
 const DEPENDENT: f64 = 1e-13;
 
-/// The first `size` vectors of the greedy order. Time grows with `n * size^2` (and `n^2` for the residual rule), memory
-/// with `8 n * size` bytes. The kernel must be an inner product.
+/// The first `size` vectors of the greedy order. Time grows with `n * size^2` (and `n^2` for the residual
+/// rule), memory with `8 n * size` bytes. The kernel must be an inner product.
 #[must_use]
 pub fn order(model: &Model, rule: GreedyRule, size: usize) -> Ordering {
     let rows = Rows::new(&model.support_vectors, model.features);

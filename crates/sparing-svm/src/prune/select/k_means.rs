@@ -7,9 +7,10 @@ use rayon::prelude::*;
 /// Rounds of Lloyd's iteration: later ones move the centres less than the refit notices.
 const ROUNDS: usize = 15;
 
-/// At most `size` centres of the weighted rows, row by row: k-means++ seeds (Arthur and Vassilvitskii 2007) and Lloyd's
-/// iteration (1982), in the plain metric of the features, which is the RBF kernel's. Fewer centres come back when there
-/// are fewer different rows. Weights that are not positive count as 0; when all are, every row counts as 1.
+/// At most `size` centres of the weighted rows, row by row: k-means++ seeds (Arthur and Vassilvitskii 2007) and
+/// Lloyd's iteration (1982), in the plain metric of the features, which is the RBF kernel's. Fewer centres come
+/// back when there are fewer different rows. Weights that are not positive count as 0; when all are, every row
+/// counts as 1.
 ///
 /// # Panics
 /// When there are not as many weights as rows.
@@ -64,7 +65,8 @@ fn nearest(x: &[f64], centres: &[f64], features: usize) -> usize {
     best.0
 }
 
-/// k-means++: each next seed with a chance in proportion to its weight times squared distance from those before.
+/// k-means++: each next seed with a chance in proportion to its weight times squared distance from those
+/// before.
 fn seeds(rows: Rows<'_>, weights: &[f64], size: usize, seed: u64) -> Vec<f64> {
     let mut rng = Rng::new(seed, 0x6b6d_6561_6e73);
     let mut centres = Vec::with_capacity(size * rows.features);
