@@ -4,6 +4,7 @@ mod compare;
 mod info;
 mod options;
 mod render;
+mod tradeoff;
 
 pub use render::RenderArguments;
 
@@ -32,6 +33,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Say what is in a scene or a picture, and what rendering will skip.
     Info(info::InfoArguments),
+    /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
+    Tradeoff(tradeoff::TradeoffArguments),
     /// Write shell completions to standard output.
     Completions {
         /// Which shell.
@@ -74,6 +77,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "sparing", &mut script);

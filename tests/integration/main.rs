@@ -9,3 +9,4 @@ mod common;
 mod interrupt;
 mod output;
 mod references;
+mod tradeoff;
