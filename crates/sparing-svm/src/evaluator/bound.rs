@@ -14,16 +14,31 @@ use std::f64::consts::LN_2;
 /// Kernel values below `2^-60` count in bounds by their number only.
 const NEGLIGIBLE: f64 = 60.0;
 
-/// Relative error of a sum in f32, RBF by inner products: constant, linear and quadratic in the query's norm |q|.
+/// What is added to the bound of every value of an RBF machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Allowance {
+    /// Sum of what clamped and padded lanes add.
+    tail: f64,
+    /// Relative to the sum of all kernel values.
+    of_magnitude: f64,
+    /// For each value.
+    constant: f64,
+}
+
+/// Relative error of a sum, RBF by inner products: constant, linear and quadratic in the query's norm |q|.
 ///
 /// The exponent is t = start + bias + <q, s>, in chains of multiply-adds. The intermediate sums of one step of all chains
 /// are together at most |start| + |bias| + |q||s| (Cauchy-Schwarz over the chains), and each is rounded once. There
 /// are features / chains steps, and log2(chains) more to join the chains; the start and the bias are rounded once before, the
 /// features of q and s as well, and the products where multiply-add is not fused. An error of e in t is one of
 /// 2^e - 1 < 0.7 e in 2^t.
-pub(crate) fn rbf_error(tile: &Tile, steps: f64, far: bool, exp: f64) -> [f64; 3] {
-    let unit = f32::UNIT * LN_2 * 1.01;
-    let constant = exp + f32::UNIT * tile.depth + unit * (steps + 1.0) * tile.start;
+///
+/// In f64 the roundings while centring, scaling and adding up squared norms count too, one a feature and six more.
+pub(crate) fn rbf_error<R: Real>(tile: &Tile, steps: f64, features: usize, far: bool, exp: f64) -> [f64; 3] {
+    let before = if R::MANTISSA_BITS > 23 { features as f64 + 6.0 } else { 0.0 };
+    let steps = steps + before;
+    let unit = R::UNIT * LN_2 * 1.01;
+    let constant = exp + R::UNIT * tile.depth + unit * (steps + 1.0) * tile.start;
     // |bias| = |q|^2 / 2; it is one more number in the sums only where queries are far.
     let quadratic = if far { unit * (steps + 1.0) / 2.0 } else { 0.0 };
     [constant, unit * (steps + 3.0) * tile.norm, quadratic]
@@ -36,14 +51,11 @@ impl Machine {
         (features / chains) as f64 + f64::from(chains.ilog2())
     }
 
-    /// Relative errors of sums in f64, RBF by differences.
+    /// Relative errors of sums in f64, RBF by differences of features as they are.
     ///
     /// In t = start - factor d2, d is rounded once, its square once, the sums [`Machine::steps`] times, the factor, the
     /// product and the difference once each; the start is off by 2 units. Exponents below -60 are negligible.
-    pub(crate) fn double_errors(&self, packed: &Packed<f64>) -> Vec<TileError> {
-        if !matches!(self.kernel, Kernel::Rbf { .. }) {
-            return tile_errors(&packed.tiles, |_| [0.0; 3]);
-        }
+    pub(crate) fn difference_errors(&self, packed: &Packed<f64>) -> Vec<TileError> {
         let steps = self.steps(packed.features) + 6.0;
         tile_errors(&packed.tiles, |t| {
             let exponent = steps * (NEGLIGIBLE + 2.0 * t.start);
@@ -51,24 +63,26 @@ impl Machine {
         })
     }
 
-    /// The value from the sum of all tiles.
-    pub(crate) fn finish_rbf<R: Real>(&self, sum: &Sum, packed: &Packed<R>, bias: f64) -> Value {
+    /// What the bounds of an RBF machine add to each value.
+    ///
+    /// Clamped and padded lanes each add at most `2^MIN_EXPONENT`. The definition adds up `len` terms one by one, each off by
+    /// the rounding of its exponent, at most 60 ln 2 unless it is negligible; this level adds up tiles in f64.
+    pub(crate) fn allowance<R: Real>(&self, packed: &Packed<R>) -> Allowance {
         let lanes = packed.tiles.iter().map(|t| t.groups * R::LANES).sum::<usize>() as f64;
-        let factor = self.weight * bias.exp2();
-        // Clamped and padded lanes each add at most 2^MIN_EXPONENT.
-        let tail = lanes * (R::MIN_EXPONENT + 1.0).exp2();
-        let bound = factor * (sum.error + tail) + self.definition_error(factor * sum.magnitude);
-        Value::new(factor * sum.value - self.rho, bound)
+        let per_exponent = NEGLIGIBLE * LN_2 * (self.features + 4) as f64;
+        let negligible = self.len as f64 * (-NEGLIGIBLE).exp2() * 1e-12 * (self.features + 4) as f64;
+        Allowance {
+            tail: lanes * (R::MIN_EXPONENT + 1.0).exp2(),
+            of_magnitude: 1.1 * f64::UNIT * (self.len as f64 + per_exponent + 96.0),
+            constant: self.weight * negligible + 2.2 * f64::UNIT * self.rho.abs(),
+        }
     }
 
-    /// How far the definition, and this level's own sums in f64, can be from the exact value. The definition adds up `len`
-    /// terms one by one, each off by the rounding of its exponent, at most 60 ln 2 unless it is negligible.
-    fn definition_error(&self, magnitude: f64) -> f64 {
-        let per_exponent = NEGLIGIBLE * LN_2 * (self.features + 4) as f64;
-        let steps = self.len as f64 + per_exponent + 64.0;
-        let negligible =
-            self.len as f64 * self.weight * (-NEGLIGIBLE).exp2() * 1e-12 * (self.features + 4) as f64;
-        1.1 * f64::UNIT * (steps * magnitude + 2.0 * self.rho.abs()) + negligible
+    /// The value from the sum of all tiles; `factor` is the weight times 2 to the bias that was left out.
+    #[inline(always)]
+    pub(crate) fn finish_rbf(&self, sum: &Sum, allowance: &Allowance, factor: f64) -> Value {
+        let error = sum.error + allowance.tail + allowance.of_magnitude * sum.magnitude;
+        Value::new(factor * sum.value - self.rho, factor * error + allowance.constant)
     }
 
     /// The value of a polynomial or sigmoid machine from the sum of all tiles.
@@ -147,6 +161,6 @@ impl Machine {
             sum.error += tile.weight * if relative < 0.01 { 1.05 * relative } else { f64::INFINITY };
             sum.magnitude += tile.weight;
         }
-        self.finish_rbf(&sum, packed, 0.0).bound
+        self.finish_rbf(&sum, &self.allowance(packed), self.weight).bound
     }
 }

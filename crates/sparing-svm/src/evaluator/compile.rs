@@ -4,7 +4,7 @@ use super::bound::rbf_error;
 use super::exp::ExpMethod;
 use super::machine::{Levels, Linear, Machine, Single};
 use super::packed::{Item, Packed};
-use super::run::{InstructionSet, exp_error, tile_errors};
+use super::run::{EXP_ERROR_F64, InstructionSet, TileError, exp_error, tile_errors};
 use super::simd::Real;
 use crate::model::{Kernel, Model};
 use std::f64::consts::LOG2_E;
@@ -32,76 +32,119 @@ impl Machine {
         compiled.levels = if model.kernel == Kernel::Linear {
             Levels::Linear(linear(model, &terms))
         } else {
-            let double = compiled.pack_double(model, &terms);
-            let errors = compiled.double_errors(&double);
-            Levels::Kernel { single: compiled.compile_single(model, &terms, exp), double, errors }
+            compiled.compile_levels(model, &terms, exp)
         };
         compiled
     }
 
-    fn compile_single(&self, model: &Model, terms: &[(usize, f64)], exp: ExpMethod) -> Option<Single> {
-        let spread = Spread::of(model, terms);
-        let (scale, rbf) = match self.kernel {
-            Kernel::Rbf { gamma } => ((2.0 * gamma * LOG2_E).sqrt(), true),
-            Kernel::Polynomial { gamma, .. } | Kernel::Sigmoid { gamma, .. } => (gamma, false),
-            Kernel::Linear => return None,
-        };
-        let features: Vec<usize> = (0..model.features).filter(|&j| !rbf || spread.differs[j]).collect();
-        let center = if rbf { spread.center } else { vec![0.0; model.features] };
-        let mut packed = Packed::new(features.len());
-        let item = |&(i, coefficient): &(usize, f64)| {
-            let s = model.support_vector(i);
-            let scale = if rbf { scale } else { 1.0 };
-            let vector: Vec<f64> = features.iter().map(|&j| (s[j] - center[j]) * scale).collect();
-            let weight = coefficient / self.weight;
-            let norm2: f64 = vector.iter().map(|x| x * x).sum();
-            Item { start: if rbf { weight.abs().log2() - norm2 / 2.0 } else { weight }, vector }
-        };
-        let norm2 = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-        if rbf {
-            for sign in [1.0, -1.0] {
-                let items: Vec<Item> = terms.iter().filter(|t| t.1 * sign > 0.0).map(item).collect();
-                packed.append(items, sign, f32::MIN_EXPONENT, |i| (i.start + norm2(&i.vector) / 2.0).exp2());
-            }
-        } else {
-            packed.append(terms.iter().map(item).collect(), 1.0, 0.0, |i| i.start.abs());
-        }
+    fn compile_levels(&self, model: &Model, terms: &[(usize, f64)], exp: ExpMethod) -> Levels {
+        let frame = Frame::of(model, terms);
+        let item = |term: &(usize, f64)| frame.item(model, *term, self.weight);
+        let packed = self.pack::<f32>(terms, frame.features.len(), item);
         let norm = packed.tiles.iter().map(|t| t.norm).fold(0.0, f64::max);
-        let lowest = packed.tiles.iter().map(|t| -t.start).fold(0.0, f64::min);
-        // With gamma 0 the definition is NaN for queries whose squared distance overflows: f64 sees that, f32 does not.
-        if !norm.is_finite() || (rbf && (norm > MAX_NORM || scale == 0.0)) {
-            return None;
+        // With gamma 0 the definition is NaN for queries whose squared distance overflows; centred features hide that.
+        if !norm.is_finite() || (frame.rbf && (norm > MAX_NORM || frame.scale == 0.0)) {
+            return self.compile_raw(model, terms);
         }
-        let (near, far) = if rbf {
-            let error = |far: bool| {
-                let steps = self.steps(packed.features);
-                tile_errors(&packed.tiles, |t| rbf_error(t, steps, far, exp_error(self.set, exp)))
-            };
-            (error(false), error(true))
-        } else {
-            (tile_errors(&packed.tiles, |_| [0.0; 3]), Vec::new())
+        let double = self.pack::<f64>(terms, frame.features.len(), item);
+        let errors = self.errors(&double, true, EXP_ERROR_F64);
+        let exp_error = exp_error(self.set, exp);
+        let single = Single {
+            near: self.errors(&packed, false, exp_error),
+            far: self.errors(&packed, true, exp_error),
+            allowance: self.allowance(&packed),
+            exp,
+            lowest: packed.tiles.iter().map(|t| -t.start).fold(0.0, f64::min),
+            norm,
+            packed,
+            features: frame.features,
+            center: frame.center,
+            scale: frame.scale,
         };
-        Some(Single { packed, near, far, exp, features, center, scale, lowest, norm })
+        let allowance = self.allowance(&double);
+        Levels::Kernel { single: Some(single), double, errors, allowance }
     }
 
-    /// RBF: raw vectors, compared by differences; others: raw vectors, weights.
-    fn pack_double(&self, model: &Model, terms: &[(usize, f64)]) -> Packed<f64> {
-        let mut packed = Packed::new(model.features);
+    /// Vectors as they are, in f64 only.
+    fn compile_raw(&self, model: &Model, terms: &[(usize, f64)]) -> Levels {
         let rbf = matches!(self.kernel, Kernel::Rbf { .. });
-        let item = |&(i, coefficient): &(usize, f64)| {
+        let double = self.pack::<f64>(terms, model.features, |&(i, coefficient)| {
             let weight = coefficient / self.weight;
             let start = if rbf { weight.abs().log2() } else { weight };
-            Item { start, vector: model.support_vector(i).to_vec() }
-        };
-        if rbf {
+            Item { start, weight: weight.abs(), vector: model.support_vector(i).to_vec() }
+        });
+        let errors = if rbf { self.difference_errors(&double) } else { self.errors(&double, false, 0.0) };
+        let allowance = self.allowance(&double);
+        Levels::Kernel { single: None, double, errors, allowance }
+    }
+
+    /// RBF: positive coefficients, then negative ones, the rest of a group's lanes too low to count; others: all at once.
+    fn pack<R: Real>(
+        &self,
+        terms: &[(usize, f64)],
+        features: usize,
+        item: impl Fn(&(usize, f64)) -> Item,
+    ) -> Packed<R> {
+        let mut packed = Packed::new(features);
+        if matches!(self.kernel, Kernel::Rbf { .. }) {
             for sign in [1.0, -1.0] {
-                let items: Vec<Item> = terms.iter().filter(|t| t.1 * sign > 0.0).map(item).collect();
-                packed.append(items, sign, f64::MIN_EXPONENT, |i| i.start.exp2());
+                let items = terms.iter().filter(|t| t.1 * sign > 0.0).map(&item).collect();
+                packed.append(items, sign, R::MIN_EXPONENT);
             }
         } else {
-            packed.append(terms.iter().map(item).collect(), 1.0, 0.0, |i| i.start.abs());
+            packed.append(terms.iter().map(item).collect(), 1.0, 0.0);
         }
         packed
+    }
+
+    /// Errors of tiles: RBF by inner products; for other kernels they do not depend on the tile
+    /// ([`Machine::finish_product`]).
+    fn errors<R: Real>(&self, packed: &Packed<R>, far: bool, exp_error: f64) -> Vec<TileError> {
+        let steps = self.steps(packed.features);
+        let rbf = matches!(self.kernel, Kernel::Rbf { .. });
+        tile_errors(&packed.tiles, |t| {
+            if rbf { rbf_error::<R>(t, steps, packed.features, far, exp_error) } else { [0.0; 3] }
+        })
+    }
+}
+
+/// How features are brought into the kernel's own units.
+struct Frame {
+    rbf: bool,
+    /// RBF: those that the vectors differ in; others: all.
+    features: Vec<usize>,
+    /// RBF: the middle of the vectors' box; others: 0.
+    center: Vec<f64>,
+    /// RBF: `sqrt(2 gamma log2 e)`, for vectors and queries; others: gamma, for queries.
+    scale: f64,
+}
+
+impl Frame {
+    fn of(model: &Model, terms: &[(usize, f64)]) -> Self {
+        let n = model.features;
+        match model.kernel {
+            Kernel::Rbf { gamma } => {
+                let spread = Spread::of(model, terms);
+                let features = (0..n).filter(|&j| spread.differs[j]).collect();
+                Self { rbf: true, features, center: spread.center, scale: (2.0 * gamma * LOG2_E).sqrt() }
+            }
+            Kernel::Polynomial { gamma, .. } | Kernel::Sigmoid { gamma, .. } => {
+                Self { rbf: false, features: (0..n).collect(), center: vec![0.0; n], scale: gamma }
+            }
+            Kernel::Linear => {
+                Self { rbf: false, features: (0..n).collect(), center: vec![0.0; n], scale: 1.0 }
+            }
+        }
+    }
+
+    fn item(&self, model: &Model, (i, coefficient): (usize, f64), largest: f64) -> Item {
+        let s = model.support_vector(i);
+        let scale = if self.rbf { self.scale } else { 1.0 };
+        let vector: Vec<f64> = self.features.iter().map(|&j| (s[j] - self.center[j]) * scale).collect();
+        let weight = coefficient / largest;
+        let norm2: f64 = vector.iter().map(|x| x * x).sum();
+        let start = if self.rbf { weight.abs().log2() - norm2 / 2.0 } else { weight };
+        Item { start, weight: weight.abs(), vector }
     }
 }
 

@@ -5,6 +5,7 @@
 //! polynomial of `2^r` (Remez, relative error) then meets `2^(N / 2^b)`, which comes from a table in registers and an
 //! integer addition to the exponent, or from the exponent alone (b = 0).
 
+use super::simd::portable::TABLE_F64;
 use super::simd::{Real, Simd};
 
 /// How the evaluator computes exponentials in f32.
@@ -270,4 +271,17 @@ impl<S: Simd> Exp<S> for ExactExp {
     fn relative_error() -> f64 {
         2.0 * S::Real::UNIT
     }
+}
+
+/// `2^t` in f64 for `t` from -1000 to 0, within [`super::run::EXP_ERROR_F64`]; a few operations, for a number a query.
+#[inline(always)]
+pub(crate) fn power_of_two(t: f64) -> f64 {
+    let c = MINIMAX[8].coefficients;
+    let magic = 1.5 * (1_u64 << 48) as f64;
+    let u = t + magic;
+    let r = t - (u - magic);
+    let p = c[0] + r * (c[1] + r * (c[2] + r * (c[3] + r * (c[4] + r * c[5]))));
+    let n = u.to_bits();
+    let entry = TABLE_F64[(n & 15) as usize] as u64;
+    p * f64::from_bits(entry.wrapping_add(n << 48))
 }

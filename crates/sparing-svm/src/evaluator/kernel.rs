@@ -33,6 +33,8 @@ pub(crate) trait Head<S: Simd>: Copy {
     fn new(simd: S, parameters: KernelParameters) -> Self;
     /// Whether the row of start values belongs to the exponent; else it is a row of weights for [`Head::add`].
     const STARTS: bool;
+    /// Whether the query's start value belongs to the exponent beside the row of start values.
+    const BIAS: bool;
     /// Whether features are compared by difference, `start - factor * sum (x - s)^2`, not by product.
     const DIFFERENCES: bool;
     /// The factor of the squared distance.
@@ -55,6 +57,7 @@ impl<S: Simd, E: Exp<S>, const CLAMP: bool, const DIFFERENCES: bool> Head<S>
     for RbfHead<S, E, CLAMP, DIFFERENCES>
 {
     const STARTS: bool = true;
+    const BIAS: bool = CLAMP && !DIFFERENCES;
     const DIFFERENCES: bool = DIFFERENCES;
 
     #[inline(always)]
@@ -84,6 +87,7 @@ pub(crate) struct PolynomialHead<S: Simd> {
 
 impl<S: Simd> Head<S> for PolynomialHead<S> {
     const STARTS: bool = false;
+    const BIAS: bool = false;
     const DIFFERENCES: bool = false;
 
     #[inline(always)]
@@ -125,6 +129,7 @@ pub(crate) struct SigmoidHead<S: Simd, E> {
 
 impl<S: Simd, E: Exp<S>> Head<S> for SigmoidHead<S, E> {
     const STARTS: bool = false;
+    const BIAS: bool = false;
     const DIFFERENCES: bool = false;
 
     #[inline(always)]
@@ -165,19 +170,27 @@ fn group<S: Simd, H: Head<S>>(
     query: &[S::Real],
     start: S::V,
 ) -> (S::V, S::V) {
-    let zero = simd.set(S::Real::from_f64(0.0));
     let first = simd.load(&rows[0]);
-    let mut chain =
-        if H::STARTS && !H::DIFFERENCES { [first, start, zero, zero] } else { [start, zero, zero, zero] };
-    for (x, s) in query.chunks_exact(CHAINS).zip(rows[1..].chunks_exact(CHAINS)) {
-        for c in 0..CHAINS {
-            let (x, s, c) = (simd.set(x[c]), simd.load(&s[c]), c % S::CHAINS);
-            chain[c] = if H::DIFFERENCES {
-                let d = simd.sub(x, s);
-                simd.mul_add(d, d, chain[c])
-            } else {
-                simd.mul_add(x, s, chain[c])
-            };
+    let mut chain = [if H::STARTS { first } else { start }; CHAINS];
+    if H::STARTS && H::BIAS {
+        chain[1] = start;
+    }
+    let (head_features, more) = query.split_at(CHAINS);
+    let (head_rows, more_rows) = rows[1..].split_at(CHAINS);
+    let difference = |x, s| if H::DIFFERENCES { simd.sub(x, s) } else { s };
+    let factor = |x, d| if H::DIFFERENCES { d } else { x };
+    for i in 0..CHAINS {
+        let (x, s, c) = (simd.set(head_features[i]), simd.load(&head_rows[i]), i % S::CHAINS);
+        let d = difference(x, s);
+        // Chains that start with nothing start with a product.
+        let begins = i < S::CHAINS && (H::DIFFERENCES || (i > 0 && !(i == 1 && H::BIAS)));
+        chain[c] = if begins { simd.mul(factor(x, d), d) } else { simd.mul_add(factor(x, d), d, chain[c]) };
+    }
+    for (x, s) in more.chunks_exact(CHAINS).zip(more_rows.chunks_exact(CHAINS)) {
+        for i in 0..CHAINS {
+            let (x, s, c) = (simd.set(x[i]), simd.load(&s[i]), i % S::CHAINS);
+            let d = difference(x, s);
+            chain[c] = simd.mul_add(factor(x, d), d, chain[c]);
         }
     }
     let mut sum = simd.add(chain[0], chain[1]);

@@ -3,8 +3,10 @@
 //! Each level gives a value and a proven bound of its distance to what [`crate::Model::decision_values`] computes.
 //! A value larger than its bound has the right sign.
 
+use super::bound::Allowance;
 use super::compile::MAX_NORM;
 use super::exp::ExpMethod;
+use super::exp::power_of_two;
 use super::packed::{Packed, flushed};
 use super::run::{
     Batch, EXP_ERROR_F64, HeadKind, InstructionSet, Plan, Sum, TileError, exp_error, sums_f32, sums_f64,
@@ -57,6 +59,7 @@ pub(crate) struct Linear {
 #[derive(Clone, Debug)]
 pub(crate) struct Single {
     pub(crate) packed: Packed<f32>,
+    pub(crate) allowance: Allowance,
     pub(crate) near: Vec<TileError>,
     pub(crate) far: Vec<TileError>,
     pub(crate) exp: ExpMethod,
@@ -75,7 +78,14 @@ pub(crate) struct Single {
 #[derive(Clone, Debug)]
 pub(crate) enum Levels {
     Linear(Linear),
-    Kernel { single: Option<Single>, double: Packed<f64>, errors: Vec<TileError> },
+    /// `double` is centred and scaled as `single` is; where there is no `single`, it holds the vectors as they are, and
+    /// RBF compares them by differences.
+    Kernel {
+        single: Option<Single>,
+        double: Packed<f64>,
+        errors: Vec<TileError>,
+        allowance: Allowance,
+    },
 }
 
 /// A compiled decision function.
@@ -141,8 +151,8 @@ impl Machine {
         }
     }
 
-    /// Writes the query as the f32 level wants it.
-    pub(crate) fn prepare(&self, query: &[f64], out: &mut [f32]) -> Prepared {
+    /// Writes the query as the f32 level and the f64 level beside it want it.
+    pub(crate) fn prepare<R: Real>(&self, query: &[f64], out: &mut [R]) -> Prepared {
         let Levels::Kernel { single: Some(s), .. } = &self.levels else {
             return Prepared::BEYOND;
         };
@@ -154,7 +164,7 @@ impl Machine {
             *out = flushed(x);
         }
         for out in &mut out[s.features.len()..] {
-            *out = 0.0;
+            *out = R::from_f64(0.0);
         }
         if rbf && s.features.len() < query.len() {
             let mut kept = s.features.iter().peekable();
@@ -179,15 +189,21 @@ impl Machine {
     }
 
     /// Writes the query as the f64 level wants it.
-    pub(crate) fn prepare_double(&self, query: &[f64], out: &mut [f64]) {
+    pub(crate) fn prepare_double(&self, query: &[f64], out: &mut [f64]) -> Prepared {
+        if self.single_features() > 0 {
+            return self.prepare(query, out);
+        }
         let scale = match self.kernel {
             Kernel::Polynomial { gamma, .. } | Kernel::Sigmoid { gamma, .. } => gamma,
             Kernel::Rbf { .. } | Kernel::Linear => 1.0,
         };
+        let mut norm2 = 0.0;
         out.fill(0.0);
         for (out, x) in out.iter_mut().zip(query) {
             *out = x * scale;
+            norm2 += *out * *out;
         }
+        Prepared { reach: Reach::Beyond, bias: 0.0, norm: norm2.sqrt() * (1.0 + 1e-6) }
     }
 
     /// The f32 level for queries that were prepared alike (all near or all far): `queries` is `n * single_features()`.
@@ -221,34 +237,44 @@ impl Machine {
         sums_f32(self.set, &plan, batch);
         for ((out, sum), p) in out.iter_mut().zip(&scratch.sums).zip(prepared) {
             *out = match self.kernel {
-                Kernel::Rbf { .. } => self.finish_rbf::<f32>(sum, &s.packed, if far { 0.0 } else { p.bias }),
+                Kernel::Rbf { .. } => {
+                    let left_out = if far { 1.0 } else { power_of_two(p.bias) };
+                    self.finish_rbf(sum, &s.allowance, self.weight * left_out)
+                }
                 _ => self.finish_product::<f32>(sum, &s.packed, p.norm, exp_error(self.set, s.exp)),
             };
         }
     }
 
     /// The f64 level: `queries` is `n * double_features()`.
-    pub(crate) fn double(&self, queries: &[f64], scratch: &mut Scratch, out: &mut [Value]) {
-        let Levels::Kernel { double, errors, .. } = &self.levels else { return };
+    pub(crate) fn double(
+        &self,
+        queries: &[f64],
+        prepared: &[Prepared],
+        scratch: &mut Scratch,
+        out: &mut [Value],
+    ) {
+        let Levels::Kernel { single, double, errors, allowance } = &self.levels else { return };
         let n = out.len();
         let (head, start) = match self.kernel {
-            Kernel::Rbf { gamma } => (HeadKind::RbfDifferences(gamma * LOG2_E), 0.0),
-            Kernel::Polynomial { degree, coef0, .. } => (HeadKind::Polynomial(degree), coef0),
-            Kernel::Sigmoid { coef0, .. } => (HeadKind::Sigmoid, coef0),
+            Kernel::Rbf { .. } if single.is_some() => (HeadKind::RbfClamped, None),
+            Kernel::Rbf { gamma } => (HeadKind::RbfDifferences(gamma * LOG2_E), None),
+            Kernel::Polynomial { degree, coef0, .. } => (HeadKind::Polynomial(degree), Some(coef0)),
+            Kernel::Sigmoid { coef0, .. } => (HeadKind::Sigmoid, Some(coef0)),
             Kernel::Linear => return,
         };
-        let starts = [start; CHUNK];
-        let norms = [0.0; CHUNK];
+        let mut starts = [0.0; CHUNK];
+        for ((start_out, norm), p) in starts.iter_mut().zip(&mut scratch.norms).zip(prepared) {
+            *start_out = start.unwrap_or(p.bias);
+            *norm = p.norm;
+        }
         let plan = Plan { packed: double, errors, head, exp: ExpMethod::Table };
-        let sums = &mut scratch.sums[..n];
-        sums_f64(self.set, &plan, Batch { queries, starts: &starts[..n], norms: &norms[..n], sums });
-        for ((out, sum), query) in out.iter_mut().zip(sums).zip(queries.chunks_exact(double.features)) {
+        let (norms, sums) = (&scratch.norms[..n], &mut scratch.sums[..n]);
+        sums_f64(self.set, &plan, Batch { queries, starts: &starts[..n], norms, sums });
+        for ((out, sum), p) in out.iter_mut().zip(&scratch.sums).zip(prepared) {
             *out = match self.kernel {
-                Kernel::Rbf { .. } => self.finish_rbf::<f64>(sum, double, 0.0),
-                _ => {
-                    let norm = query.iter().map(|x| x * x).sum::<f64>().sqrt() * (1.0 + 1e-6);
-                    self.finish_product::<f64>(sum, double, norm, EXP_ERROR_F64)
-                }
+                Kernel::Rbf { .. } => self.finish_rbf(sum, allowance, self.weight),
+                _ => self.finish_product::<f64>(sum, double, p.norm, EXP_ERROR_F64),
             };
         }
     }
@@ -264,7 +290,7 @@ impl Machine {
 }
 
 /// Queries of a batch that are evaluated together.
-pub(crate) const CHUNK: usize = 256;
+pub(crate) const CHUNK: usize = 128;
 
 /// Scratch of a batch, on the caller's stack.
 pub(crate) struct Scratch {

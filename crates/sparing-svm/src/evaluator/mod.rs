@@ -73,7 +73,7 @@ pub struct Evaluator {
 }
 
 /// Most features, padded, of a query that fits the scratch on the stack.
-const MAX_FEATURES: usize = 4096;
+const MAX_FEATURES: usize = 2048;
 
 impl Evaluator {
     /// Compiles a model for this machine with the default options.
@@ -252,11 +252,11 @@ impl Evaluator {
         let mut prepared_queries = [0.0_f32; MAX_FEATURES];
         let mut prepared = [Prepared::BEYOND; CHUNK];
         let mut order = [0_usize; CHUNK];
-        let mut one = [0.0_f32; MAX_FEATURES];
         // Queries that are near come first, far ones last, so that each kind is one batch.
         let (mut near, mut far) = (0, values.len());
         for (i, v) in values.iter_mut().enumerate() {
-            let p = machine.prepare(query(i), &mut one[..features]);
+            let slot = near * features..(near + 1) * features;
+            let p = machine.prepare(query(i), &mut prepared_queries[slot.clone()]);
             let at = match p.reach {
                 Reach::Near => {
                     near += 1;
@@ -264,6 +264,7 @@ impl Evaluator {
                 }
                 Reach::Far => {
                     far -= 1;
+                    prepared_queries.copy_within(slot, far * features);
                     far
                 }
                 Reach::Beyond => {
@@ -271,7 +272,6 @@ impl Evaluator {
                     continue;
                 }
             };
-            prepared_queries[at * features..(at + 1) * features].copy_from_slice(&one[..features]);
             prepared[at] = p;
             order[at] = i;
         }
@@ -302,16 +302,17 @@ fn double<'q>(
     if features == 0 || features > MAX_FEATURES || open.as_slice().is_empty() {
         return 0;
     }
-    let mut prepared = [0.0_f64; MAX_FEATURES];
+    let mut queries = [0.0_f64; MAX_FEATURES];
+    let mut prepared = [Prepared::BEYOND; CHUNK];
     let mut results = [Value { value: 0.0, bound: 0.0 }; CHUNK];
     let mut still_open = Indices::new();
     let mut settled = 0;
     for batch in open.as_slice().chunks((MAX_FEATURES / features).min(CHUNK)) {
-        for (&i, out) in batch.iter().zip(prepared.chunks_exact_mut(features)) {
-            machine.prepare_double(query(usize::from(i)), out);
+        for ((&i, out), p) in batch.iter().zip(queries.chunks_exact_mut(features)).zip(&mut prepared) {
+            *p = machine.prepare_double(query(usize::from(i)), out);
         }
         let results = &mut results[..batch.len()];
-        machine.double(&prepared[..batch.len() * features], scratch, results);
+        machine.double(&queries[..batch.len() * features], &prepared[..batch.len()], scratch, results);
         for (&i, &result) in batch.iter().zip(&*results) {
             let done = if exact {
                 result.is_certain()

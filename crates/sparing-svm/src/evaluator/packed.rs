@@ -12,6 +12,8 @@ const TILE_BYTES: usize = 32 << 10;
 pub(crate) struct Item {
     /// RBF: logarithm of the weight and whatever else belongs to the start of the exponent; others: the weight.
     pub(crate) start: f64,
+    /// Magnitude of the weight.
+    pub(crate) weight: f64,
     /// The vector, scaled.
     pub(crate) vector: Vec<f64>,
 }
@@ -54,13 +56,7 @@ impl<R: Real> Packed<R> {
 
     /// Appends vectors of one sign; lanes left over start at `padding`. Vectors are sorted by the magnitude of their
     /// start, so that the bounds of a tile are tight.
-    pub(crate) fn append(
-        &mut self,
-        mut items: Vec<Item>,
-        sign: f64,
-        padding: f64,
-        weight: impl Fn(&Item) -> f64,
-    ) {
+    pub(crate) fn append(&mut self, mut items: Vec<Item>, sign: f64, padding: f64) {
         items.sort_by(|a, b| a.start.abs().total_cmp(&b.start.abs()));
         let stride = 1 + self.features;
         let groups_per_tile = (TILE_BYTES / (64 * stride)).max(2).next_multiple_of(2);
@@ -78,7 +74,7 @@ impl<R: Real> Packed<R> {
                 depth: sum_depth(groups),
                 start: tile.iter().map(|i| i.start.abs()).fold(0.0, f64::max),
                 norm: tile.iter().map(|i| norm(&i.vector)).fold(0.0, f64::max),
-                weight: tile.iter().map(&weight).sum(),
+                weight: tile.iter().map(|i| i.weight).sum(),
             });
         }
     }

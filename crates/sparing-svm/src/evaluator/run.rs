@@ -216,7 +216,12 @@ pub(crate) fn sums_f64(set: InstructionSet, plan: &Plan<'_, f64>, batch: Batch<'
         match plan.head {
             HeadKind::Polynomial(_) => run::<S, PolynomialHead<S>>(simd, plan, batch),
             HeadKind::Sigmoid => run::<S, SigmoidHead<S, TableExp<S, 5>>>(simd, plan, batch),
-            _ => run::<S, RbfHead<S, TableExp<S, 5>, true, true>>(simd, plan, batch),
+            HeadKind::RbfClamped | HeadKind::RbfNear => {
+                run::<S, RbfHead<S, TableExp<S, 5>, true, false>>(simd, plan, batch);
+            }
+            HeadKind::RbfDifferences(_) => {
+                run::<S, RbfHead<S, TableExp<S, 5>, true, true>>(simd, plan, batch)
+            }
         }
     }
     match set {

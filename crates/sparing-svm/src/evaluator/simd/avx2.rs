@@ -1,6 +1,6 @@
 //! AVX2 with FMA: a row in two registers, a table of 8 entries of f32 in one, one of 16 entries of f64 gathered.
 
-use super::{Job, Row, Simd, sum_lanes, table_f32, table_f64};
+use super::{Job, Row, Simd, table_f32, table_f64};
 use std::arch::x86_64::*;
 use std::sync::LazyLock;
 
@@ -49,6 +49,20 @@ macro_rules! halves {
     ($intrinsic:ident, $($a:expr),+) => {
         avx2!(($intrinsic($($a.0),+), $intrinsic($($a.1),+)))
     };
+}
+
+/// The sum of eight lanes by halves.
+///
+/// # Safety
+/// The machine must have AVX2.
+#[inline(always)]
+unsafe fn quarters(low: __m256d, high: __m256d) -> f64 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let a = _mm256_add_pd(low, high);
+        let a = _mm_add_pd(_mm256_castpd256_pd128(a), _mm256_extractf128_pd::<1>(a));
+        _mm_cvtsd_f64(_mm_add_sd(a, _mm_unpackhi_pd(a, a)))
+    }
 }
 
 impl Simd for Avx2F32 {
@@ -140,7 +154,11 @@ impl Simd for Avx2F32 {
     }
     #[inline(always)]
     fn sum(self, a: Self::V) -> f64 {
-        sum_lanes(lanes_f32(self, a).0.map(f64::from))
+        avx2!({
+            let low = |x: __m256| _mm256_cvtps_pd(_mm256_castps256_ps128(x));
+            let high = |x: __m256| _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(x));
+            quarters(_mm256_add_pd(low(a.0), low(a.1)), _mm256_add_pd(high(a.0), high(a.1)))
+        })
     }
     #[inline(always)]
     fn run<J: Job<Self>>(self, job: J) {
@@ -252,7 +270,7 @@ impl Simd for Avx2F64 {
     }
     #[inline(always)]
     fn sum(self, a: Self::V) -> f64 {
-        sum_lanes(lanes_f64(self, a).0)
+        avx2!(quarters(a.0, a.1))
     }
     #[inline(always)]
     fn run<J: Job<Self>>(self, job: J) {

@@ -1,6 +1,6 @@
 //! AVX-512 (F): 16 lanes of f32 or 8 of f64 in one register, tables of 32 and 16 entries in two registers.
 
-use super::{Job, Row, Simd, sum_lanes, table_f32, table_f64};
+use super::{Job, Row, Simd, table_f32, table_f64};
 use std::arch::x86_64::*;
 
 /// Proof that this machine has AVX-512 F; f32 lanes.
@@ -38,6 +38,20 @@ macro_rules! avx512 {
         // SAFETY: the token `self` exists, so the machine has AVX-512 F; pointers come from references to 64 aligned bytes.
         unsafe { $e }
     };
+}
+
+/// The lanes' sum by halves.
+///
+/// # Safety
+/// The machine must have AVX-512 F.
+#[inline(always)]
+unsafe fn halves(a: __m512d) -> f64 {
+    // SAFETY: as promised by the caller.
+    unsafe {
+        let a = _mm256_add_pd(_mm512_castpd512_pd256(a), _mm512_extractf64x4_pd::<1>(a));
+        let a = _mm_add_pd(_mm256_castpd256_pd128(a), _mm256_extractf128_pd::<1>(a));
+        _mm_cvtsd_f64(_mm_add_sd(a, _mm_unpackhi_pd(a, a)))
+    }
 }
 
 impl Simd for Avx512F32 {
@@ -124,9 +138,10 @@ impl Simd for Avx512F32 {
     }
     #[inline(always)]
     fn sum(self, a: __m512) -> f64 {
-        let mut lanes = Row([0.0_f32; 16]);
-        avx512!(_mm512_store_ps(lanes.0.as_mut_ptr(), a));
-        sum_lanes(lanes.0.map(f64::from))
+        avx512!({
+            let high = _mm256_castpd_ps(_mm512_extractf64x4_pd::<1>(_mm512_castps_pd(a)));
+            halves(_mm512_add_pd(_mm512_cvtps_pd(_mm512_castps512_ps256(a)), _mm512_cvtps_pd(high)))
+        })
     }
     #[inline(always)]
     fn run<J: Job<Self>>(self, job: J) {
@@ -222,9 +237,7 @@ impl Simd for Avx512F64 {
     }
     #[inline(always)]
     fn sum(self, a: __m512d) -> f64 {
-        let mut lanes = Row([0.0_f64; 8]);
-        avx512!(_mm512_store_pd(lanes.0.as_mut_ptr(), a));
-        sum_lanes(lanes.0)
+        avx512!(halves(a))
     }
     #[inline(always)]
     fn run<J: Job<Self>>(self, job: J) {

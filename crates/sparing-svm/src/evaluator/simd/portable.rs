@@ -13,7 +13,8 @@ pub(crate) struct PortableF32;
 pub(crate) struct PortableF64;
 
 static TABLE_F32: LazyLock<[i32; 32]> = LazyLock::new(table_f32::<32>);
-static TABLE_F64: LazyLock<[i64; 16]> = LazyLock::new(table_f64::<16>);
+/// The table in f64.
+pub(crate) static TABLE_F64: LazyLock<[i64; 16]> = LazyLock::new(table_f64::<16>);
 
 macro_rules! portable {
     ($token:ident, $real:ident, $bits:ident, $lanes:literal, $table:ident, $entries:literal) => {
