@@ -6,6 +6,7 @@
 mod noise;
 mod solids;
 mod surfaces;
+mod turn;
 mod write;
 
 pub use noise::fractal_noise;
