@@ -6,6 +6,7 @@
 mod noise;
 mod solids;
 mod surfaces;
+pub mod training;
 mod turn;
 mod write;
 
