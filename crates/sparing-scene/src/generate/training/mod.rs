@@ -11,9 +11,12 @@
 //! | bodies | boxes, spheres, tori and torus knots, columns, terrain, straight wires, cards | prisms, pyramids, icosahedra, rocks, gears, turned vases and goblets, vaults, steps, ripples, coils, blades |
 //! | lamps | spheres and rectangles, point lights | disks, spot lights |
 //! | openings | rectangular windows | slats, a perforated shade, gaps below a vault |
-//! | materials | see the table's columns in `palette.rs`: no parameter drawn for one can be drawn for the other | |
+//! | textures | checkerboards, noise, leaf cut-outs | stripes, bricks, dots |
+//! | metals, glass, coats | copper, gold, aluminium; 1.5, 1.7; 1.5 | silver, brass, iron; 1.33, 1.6; 1.42 |
+//! | roughness (GGX alpha) | 0.03 to 0.09, 0.2 to 0.32 | 0.1 to 0.18, 0.35 to 0.5 |
+//! | hues | the first half of each sixth of the circle | the second half |
 //!
-//! Ground planes and plain walls are in both: there is one way only to be flat.
+//! In both are what there is only one way to be: flat ground and walls, smooth metal and glass, an even sky, a sun.
 //!
 //! Choices and coordinates come from integers and exactly rounded operations, so a scene is the same on every machine.
 

@@ -15,7 +15,7 @@ impl Stage {
     pub fn color(&self) -> Vec3 {
         let sixth = self.random.below(6) as f32;
         let inside = self.random.range(0.02, 0.48) + if self.split == Split::Training { 0.0 } else { 0.5 };
-        let saturation = self.random.range(0.25, 0.9);
+        let saturation = self.random.range(0.15, 0.75);
         Random::hue((sixth + inside) / 6.0, saturation) * self.random.range(0.35, 0.85)
     }
 
@@ -130,6 +130,22 @@ impl Stage {
     /// Anything, now and then glass.
     pub fn anything(&mut self) -> MaterialId {
         if self.random.chance(0.15) { self.glass(0.7) } else { self.opaque() }
+    }
+
+    /// The cut-out of a pointed leaf, for quads.
+    pub fn leaf_shape(&mut self) -> FloatInput {
+        let image = self.image(pictures::picture("leaf", 48, 48, |u, v| {
+            let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            if x.abs() < 0.7 * (1.0 - y * y) * (1.0 - 0.3 * y) { Vec3::ONE } else { Vec3::ZERO }
+        }));
+        let mapping = UvMapping::default();
+        FloatInput::Texture(self.texture(Texture::Image {
+            image,
+            mapping,
+            wrap: Wrap::Clamp,
+            scale: 1.0,
+            invert: false,
+        }))
     }
 
     /// A leaf or a sheet of paper: light comes through.

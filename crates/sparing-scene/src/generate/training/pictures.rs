@@ -16,7 +16,7 @@ pub(super) fn picture(name: &str, width: u32, height: u32, at: impl Fn(f32, f32)
         }
     }
     let source = ImageSource::Bytes { name: format!("{name}.pfm"), bytes: bytes.into() };
-    Image { source, encoding: TextureEncoding::Linear }
+    Image { source, encoding: TextureEncoding::Auto }
 }
 
 /// Blotches of two colours.

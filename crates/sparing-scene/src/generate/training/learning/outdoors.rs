@@ -1,9 +1,10 @@
 //! Under the sky, and halls.
 
+use crate::description::Shape;
 use crate::generate::terrain;
 use crate::generate::training::pictures;
 use crate::generate::training::shapes::{cuboid, ground, merge, pitch, place, quad, sphere, tube, yaw};
-use crate::generate::training::stage::Stage;
+use crate::generate::training::stage::{Stage, shape};
 use glam::{Mat3, Vec3};
 
 /// Sky and, most often, sun.
@@ -27,7 +28,8 @@ pub(super) fn hills(stage: &mut Stage) {
     stage.format(128, 96, 4);
     let seed = stage.random.bits() as u32;
     let height = stage.random.range(0.5, 1.1);
-    let soil = if stage.random.chance(0.5) { stage.patterned(3.0) } else { stage.matte() };
+    let soil = stage.grey(0.2, 0.6);
+    let soil = if stage.random.chance(0.5) { stage.patterned(3.0) } else { stage.diffuse(soil) };
     let land = terrain(72, 8.0, height, seed);
     let spots: Vec<Vec3> = (0..40)
         .map(|_| Vec3::from(land.positions[stage.random.below(land.positions.len() as u32) as usize]))
@@ -64,7 +66,8 @@ pub(super) fn foliage(stage: &mut Stage) {
             leaves.push(place(quad(Vec3::ZERO, Vec3::X * 0.6, Vec3::Z), at, turned, size));
         }
         let leaf = stage.leaf();
-        stage.add(merge(leaves), leaf);
+        let alpha = stage.random.chance(0.5).then(|| stage.leaf_shape());
+        stage.scene.shapes.push(Shape { alpha, ..shape(merge(leaves), leaf) });
     }
     daylight(stage);
     stage.look(Vec3::new(stage.random.range(-1.0, 1.0), 1.6, -5.5), Vec3::new(0.0, 1.2, 0.0), 38.0);

@@ -93,8 +93,14 @@ pub(super) fn window_room(stage: &mut Stage) {
         let from = Vec3::new(1.0, stage.random.range(0.5, 1.2), stage.random.range(-0.3, 0.3));
         stage.sun(from, Vec3::new(1.1, 1.0, 0.8) * (sky * 6.0));
     }
-    let eye = Vec3::new(-0.6 * h.x, 1.1 * h.y, -0.92 * h.z);
-    stage.look(eye, Vec3::new(0.15 * h.x, 0.7 * h.y, 0.6 * h.z), 62.0);
+    // Half of the scenes do not see the window itself.
+    if stage.random.chance(0.5) {
+        let eye = Vec3::new(-0.6 * h.x, 1.1 * h.y, -0.92 * h.z);
+        stage.look(eye, Vec3::new(0.15 * h.x, 0.7 * h.y, 0.6 * h.z), 62.0);
+    } else {
+        let eye = Vec3::new(0.8 * h.x, 1.2 * h.y, -0.92 * h.z);
+        stage.look(eye, Vec3::new(-0.35 * h.x, 0.65 * h.y, 0.5 * h.z), 62.0);
+    }
 }
 
 /// A lamp that shines at the ceiling from a shelf, or stands behind a screen: no direct light in view.
@@ -135,7 +141,7 @@ pub(super) fn behind_a_pane(stage: &mut Stage) {
     let wall = stage.patterned(2.0);
     let center = Vec3::new(0.0, h.y, -h.z);
     let hole =
-        [stage.random.range(0.12, 0.3), stage.random.range(0.7, 0.88), 0.12, stage.random.range(0.6, 0.85)];
+        [stage.random.range(0.26, 0.36), stage.random.range(0.6, 0.74), 0.16, stage.random.range(0.45, 0.6)];
     stage.add(wall_with_hole(center, Vec3::X * (h.x + 1.0), Vec3::Y * h.y * 1.4, hole), wall);
     if stage.random.chance(0.7) {
         let pane = stage.material("pane", crate::description::MaterialKind::ThinDielectric { eta: 1.5 });
@@ -144,7 +150,7 @@ pub(super) fn behind_a_pane(stage: &mut Stage) {
     let (radius, color) = (stage.random.octaves(0.03, 3.0), stage.warmth());
     let lamp = Vec3::new(stage.random.range(-0.4, 0.4), 1.6 * h.y, 0.2 * h.z);
     stage.lamp(sphere(lamp, radius), color * (1.5 / (radius * radius)));
-    stage.environment(Vec3::new(0.05, 0.07, 0.12), None);
-    let eye = Vec3::new(stage.random.range(-0.8, 0.8), 1.2 * h.y, -h.z - 2.6);
+    stage.environment(Vec3::new(0.1, 0.13, 0.2), None);
+    let eye = Vec3::new(stage.random.range(-0.8, 0.8), 1.2 * h.y, -h.z - 3.2);
     stage.look(eye, Vec3::new(0.0, 0.85 * h.y, 0.0), 44.0);
 }

@@ -121,7 +121,7 @@ pub(super) fn coils(stage: &mut Stage) {
     let block = stage.opaque();
     stage.add(place(prism(7, 0.6, 0.7, 0.7), Vec3::new(0.3, 1e-3, 2.2), Mat3::IDENTITY, 1.0), block);
     evening(stage);
-    stage.look(Vec3::new(stage.random.range(-0.8, 0.8), 1.5, -4.6), Vec3::new(0.0, 0.95, 0.0), 36.0);
+    stage.look(Vec3::new(stage.random.range(-0.8, 0.8), 1.5, -4.6), Vec3::new(0.0, 0.95, 0.0), 40.0);
     if stage.random.chance(0.6) {
         let focus = stage.random.pick([4.6, 5.8]);
         stage.lens(0.08, focus);

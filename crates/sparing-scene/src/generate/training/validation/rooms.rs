@@ -36,7 +36,7 @@ pub(super) fn rotunda(stage: &mut Stage) {
     stage.format(96, 96, 7);
     let (wall, floor) = (stage.matte(), stage.patterned(2.0));
     let corners = stage.random.pick([9, 12, 15]);
-    stage.add(round_wall(corners, 2.2, 2.6, -0.2, 0.7), wall);
+    stage.add(round_wall(corners, 2.2, 2.6, -0.12, 0.62), wall);
     stage.add(ground(2.6), floor);
     let ceiling = stage.grey(0.6, 0.8);
     let ceiling = stage.diffuse(ceiling);
@@ -94,7 +94,12 @@ pub(super) fn blinds(stage: &mut Stage) {
     if stage.random.chance(0.6) {
         stage.sun(Vec3::new(1.0, stage.random.range(0.2, 0.5), 0.1), Vec3::new(1.1, 1.0, 0.8) * (sky * 8.0));
     }
-    stage.look(Vec3::new(-0.9, 1.3, -1.5), Vec3::new(0.2, 0.85, 1.0), 62.0);
+    // Half of the scenes do not see the blind itself.
+    if stage.random.chance(0.5) {
+        stage.look(Vec3::new(-0.9, 1.3, -1.5), Vec3::new(0.2, 0.85, 1.0), 62.0);
+    } else {
+        stage.look(Vec3::new(1.2, 1.4, -1.5), Vec3::new(-0.45, 0.8, 0.8), 62.0);
+    }
 }
 
 /// A barrel vault whose light comes over a screen: indirect only.
