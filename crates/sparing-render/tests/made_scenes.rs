@@ -79,3 +79,26 @@ fn the_constant_colour_has_no_variance() {
     let spread = film.map(|tile, i| tile.pixels[i].variance_of_mean().max_element());
     assert!(spread.iter().all(|v| v.abs() < 1e-15), "{:?}", spread[0]);
 }
+
+#[test]
+fn written_scenes_render_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (index, split) in [(1, Split::Training), (6, Split::Training), (13, Split::Training)]
+        .into_iter()
+        .chain([(0, Split::Validation), (1, Split::Validation), (10, Split::Validation)])
+    {
+        let original = scene(index, 1, split);
+        let path = folder.path().join("scene.pbrt");
+        sparing_scene::save_pbrt(&original, &path).expect("it is written");
+        let name = original.name.clone();
+        let (before, after) =
+            (small(original).beauty(), small(sparing_scene::load(&path).expect("loads")).beauty());
+        // A ray may meet another leaf where a last bit differs.
+        let same = |(a, b): &(&[f32; 3], &[f32; 3])| {
+            let (a, b) = (luminance(**a), luminance(**b));
+            (a - b).abs() <= 1e-3 * a.max(b)
+        };
+        let count = before.iter().zip(&after).filter(same).count();
+        assert!(count * 100 >= before.len() * 98, "{name}: {count} of {} pixels are the same", before.len());
+    }
+}

@@ -58,7 +58,7 @@ fn repository() -> PathBuf {
 #[test]
 fn scenes_of_the_repository_read_back_the_same() {
     let folder = tempfile::tempdir().expect("a folder");
-    for from in ["scenes", "scenes/tests", "scenes/tests/guards"] {
+    for from in ["scenes", "scenes/tests", "scenes/tests/guards", "crates/sparing-scene/tests/fixtures"] {
         for entry in std::fs::read_dir(repository().join(from)).expect("scenes") {
             let path = entry.expect("an entry").path();
             if path.extension().is_none_or(|e| e != "pbrt") {
@@ -99,4 +99,20 @@ fn what_pbrt_cannot_say_is_an_error() {
     assert!(sparing_scene::save_pbrt(&broken, &path).is_err());
     let nowhere = folder.path().join("no/such/folder/scene.pbrt");
     assert!(sparing_scene::save_pbrt(&scene(0, 1, Split::Training), &nowhere).is_err());
+}
+
+#[test]
+fn names_are_quoted_and_made_unique() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut original = scene(13, 1, Split::Training);
+    for (material, name) in
+        original.materials.iter_mut().zip(["", "a\"", "a\"", "back\\slash\\", "two\nlines"])
+    {
+        material.name = name.to_owned();
+    }
+    original.objects.iter_mut().for_each(|object| object.name = "\"".to_owned());
+    let back = written(&original, folder.path(), "scene.pbrt");
+    assert_same(&original, &back);
+    let names: Vec<&str> = back.materials.iter().take(5).map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["material 0", "a\"", "a\" 2", "back\\slash\\", "two lines"]);
 }

@@ -58,13 +58,11 @@ impl Names {
             let mut taken: HashSet<String> = HashSet::new();
             let mut all = Vec::new();
             for (i, name) in names.enumerate() {
-                let mut wanted = if name.is_empty() { format!("{kind} {i}") } else { quoted(name) };
-                wanted = wanted.trim_matches('"').to_owned();
-                while taken.contains(&wanted) {
+                let mut wanted = if name.is_empty() { format!("{kind} {i}") } else { name.clone() };
+                while !taken.insert(quoted(&wanted)) {
                     wanted = format!("{wanted} {i}");
                 }
-                all.push(format!("\"{wanted}\""));
-                taken.insert(wanted);
+                all.push(quoted(&wanted));
             }
             all
         };
