@@ -20,13 +20,15 @@ use text::{Text, color, number, numbers, quoted};
 pub(crate) fn save(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
     scene.validate()?;
     let mut writer = Writer { scene, out: Text::default(), names: Names::new(scene), pictures: Vec::new() };
-    writer.pictures = pictures(scene, path)?;
+    writer.pictures = picture_names(scene, path)?;
     writer.settings()?;
     writer.out.line("\nWorldBegin\n");
     writer.textures()?;
     writer.materials()?;
     writer.lights()?;
     writer.shapes()?;
+    // Nothing is written unless all can be said.
+    write_pictures(scene, path)?;
     std::fs::write(path, writer.out.finish()).map_err(|error| file_error(path, &error))
 }
 
@@ -73,10 +75,16 @@ impl Names {
     }
 }
 
-/// Writes the pictures in memory beside the file, and names all.
-fn pictures(scene: &SceneDescription, path: &Path) -> Result<Vec<String>, SceneError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+/// The file name of a picture in memory: beside the scene, named after it.
+fn beside(path: &Path, index: usize, name: &str) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
+    format!("{stem}-picture-{index}.{extension}")
+}
+
+/// The quoted file names of all pictures.
+fn picture_names(scene: &SceneDescription, path: &Path) -> Result<Vec<String>, SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let name = |(i, image): (usize, &Image)| match &image.source {
         ImageSource::File(file) => {
             let file = match file.strip_prefix(folder) {
@@ -85,15 +93,20 @@ fn pictures(scene: &SceneDescription, path: &Path) -> Result<Vec<String>, SceneE
             };
             Ok(quoted(&file.to_string_lossy()))
         }
-        ImageSource::Bytes { name, bytes } => {
-            let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
-            let file = format!("{stem}-picture-{i}.{extension}");
-            std::fs::write(folder.join(&file), bytes)
-                .map_err(|error| file_error(Path::new(&file), &error))?;
-            Ok(quoted(&file))
-        }
+        ImageSource::Bytes { name, .. } => Ok(quoted(&beside(path, i, name))),
     };
     scene.images.iter().enumerate().map(name).collect()
+}
+
+/// Writes the pictures in memory.
+fn write_pictures(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
+    for (i, image) in scene.images.iter().enumerate() {
+        if let ImageSource::Bytes { name, bytes } = &image.source {
+            let file = path.with_file_name(beside(path, i, name));
+            std::fs::write(&file, bytes).map_err(|error| file_error(&file, &error))?;
+        }
+    }
+    Ok(())
 }
 
 impl Writer<'_> {
