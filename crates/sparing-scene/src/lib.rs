@@ -71,4 +71,15 @@ pub fn load_pbrt_text(
     Ok(scene)
 }
 
+/// Writes a scene as a pbrt file; pictures that the scene carries become files beside it, named after it. What is
+/// loaded from there renders as the scene does. Numbers are written so that they read back the same.
+///
+/// # Errors
+/// When the scene is not [valid](SceneDescription::validate), a file cannot be written, or the scene has what pbrt
+/// text cannot say: textured emission, emission inside an object, a picture of the surroundings with a colour
+/// factor, a normal map with a mapping of its own.
+pub fn save_pbrt(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
+    pbrt::save(scene, path).map_err(|error| error.in_file(path))
+}
+
 const SUPPORTED: &str = "supported are .pbrt and .obj";

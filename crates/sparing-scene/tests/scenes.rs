@@ -10,8 +10,9 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 
 #[test]
 fn scenes_and_meshes_load_without_warnings() {
-    let paths =
-        [files("scenes", "pbrt"), files("scenes/tests", "pbrt"), files("models/meshes", "obj")].concat();
+    let folders = ["scenes", "scenes/tests", "scenes/tests/guards"];
+    let mut paths = folders.map(|folder| files(folder, "pbrt")).concat();
+    paths.extend(files("models/meshes", "obj"));
     assert!(paths.len() > 15, "{paths:?}");
     for path in paths {
         let scene = sparing_scene::load(&path).unwrap_or_else(|error| panic!("{}", error.report()));

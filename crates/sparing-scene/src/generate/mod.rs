@@ -6,6 +6,8 @@
 mod noise;
 mod solids;
 mod surfaces;
+pub mod training;
+mod turn;
 mod write;
 
 pub use noise::fractal_noise;

@@ -1,10 +1,10 @@
 //! Closed bodies.
 
+use super::turn::turn;
 use super::{fractal_noise, smooth_normals};
 use crate::description::TriangleMesh;
 use glam::Vec3;
 use std::collections::HashMap;
-use std::f32::consts::TAU;
 
 /// A unit sphere from an icosahedron whose triangles are split in four `level` times (at most 10).
 #[must_use]
@@ -79,7 +79,7 @@ pub fn gear(teeth: u32, radius: f32, thickness: f32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for i in 0..steps {
         let outer = if i % 4 < 2 { 0.82 * radius } else { radius };
-        let (sin, cos) = (TAU * (i as f32 + 0.25 * (i % 2) as f32) / steps as f32).sin_cos();
+        let (sin, cos) = turn((i as f32 + 0.25 * (i % 2) as f32) / steps as f32);
         for (r, y) in [(outer, 0.5), (outer, -0.5), (0.35 * radius, -0.5), (0.35 * radius, 0.5)] {
             mesh.positions.push([r * cos, y * thickness, r * sin]);
         }

@@ -1,5 +1,6 @@
 //! Surfaces over a grid of parameters, with normals and texture coordinates.
 
+use super::turn::turn;
 use super::{fractal_noise, grid_indices, smooth_normals};
 use crate::description::TriangleMesh;
 use glam::Vec3;
@@ -7,9 +8,9 @@ use std::f32::consts::TAU;
 
 /// A point of the torus knot (p, q) for t in 0..1: the curve winds on a torus of radii 2 and 1.
 pub(super) fn knot_point(p: f32, q: f32, t: f32) -> [f32; 3] {
-    let angle = TAU * t;
-    let r = 2.0 + (q * angle).cos();
-    [r * (p * angle).cos(), (q * angle).sin(), r * (p * angle).sin()]
+    let ((around_sin, around_cos), (tube_sin, tube_cos)) = (turn(p * t), turn(q * t));
+    let r = 2.0 + tube_cos;
+    [r * around_cos, tube_sin, r * around_sin]
 }
 
 /// A tube of radius `tube` around the torus knot (p, q): `along` by `around` cells of two triangles.
@@ -28,8 +29,8 @@ pub fn torus_knot(p: u32, q: u32, along: u32, around: u32, tube: f32) -> Triangl
         let side = tangent.cross(center.with_y(0.0)).normalize_or(Vec3::Y);
         let out = side.cross(tangent);
         for j in 0..=around {
-            let angle = TAU * (j % around) as f32 / around as f32;
-            let normal = side * angle.cos() + out * angle.sin();
+            let (sin, cos) = turn((j % around) as f32 / around as f32);
+            let normal = side * cos + out * sin;
             mesh.positions.push((center + normal * tube).to_array());
             normals.push(normal.to_array());
             uvs.push([j as f32 / around as f32, i as f32 / along as f32]);
@@ -51,7 +52,7 @@ pub fn revolve(profile: &[[f32; 2]], segments: u32) -> TriangleMesh {
         let (before, after) = (profile[i.saturating_sub(1)], profile[(i + 1).min(last)]);
         let (dr, dh) = (after[0] - before[0], after[1] - before[1]);
         for j in 0..=segments {
-            let (sin, cos) = (TAU * (j % segments) as f32 / segments as f32).sin_cos();
+            let (sin, cos) = turn((j % segments) as f32 / segments as f32);
             mesh.positions.push([radius * cos, height, radius * sin]);
             normals.push(Vec3::new(dh * cos, -dr, dh * sin).normalize_or(Vec3::NEG_Y).to_array());
             uvs.push([j as f32 / segments as f32, i as f32 / last.max(1) as f32]);
@@ -69,14 +70,14 @@ pub fn revolve(profile: &[[f32; 2]], segments: u32) -> TriangleMesh {
 #[must_use]
 pub fn vase_profile(steps: u32) -> Vec<[f32; 2]> {
     let steps = steps.max(8);
-    let outside = |h: f32| 0.45 + 0.3 * (1.2 + 2.6 * h).sin() + 0.12 * h * h;
+    let outside = |h: f32| 0.45 + 0.3 * turn((1.2 + 2.6 * h) / TAU).0 + 0.12 * h * h;
     let wall = 0.06;
     let height = 2.0;
     let share = |i: u32| i as f32 / steps as f32;
     let mut profile = vec![[0.0, 0.0], [0.5 * outside(0.0), 0.0]];
     profile.extend((0..=steps).map(|i| [outside(share(i)), height * share(i)]));
     let rim = |i: u32| {
-        let (sin, cos) = (TAU / 2.0 * i as f32 / 8.0).sin_cos();
+        let (sin, cos) = turn(i as f32 / 16.0);
         [outside(1.0) - wall / 2.0 + wall / 2.0 * cos, height + wall / 2.0 * sin]
     };
     profile.extend((1..8).map(rim));

@@ -25,6 +25,9 @@ mod tests;
 mod textures;
 mod tokenizer;
 mod values;
+mod write;
+
+pub(crate) use write::save;
 
 use crate::description::{ColorInput, FloatInput, MaterialId, SceneDescription};
 use crate::error::{ErrorKind, SceneError};

@@ -1,0 +1,211 @@
+//! Writes a scene as pbrt text, the inverse of the loader.
+//!
+//! Loading what was written gives the same scene, apart from names that were not unique, the numbering of pictures,
+//! constant textures (which are folded into their users), and the last bits of axes that were not quite unit.
+
+mod surfaces;
+mod text;
+
+use crate::description::{
+    Image, ImageId, ImageSource, Light, PixelFilter, Projection, SamplerKind, SceneDescription,
+    TextureEncoding,
+};
+use crate::error::{ErrorKind, SceneError};
+use glam::Mat4;
+use std::collections::HashSet;
+use std::path::Path;
+use text::{Text, color, number, numbers, quoted};
+
+/// See [`crate::save_pbrt`].
+pub(crate) fn save(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
+    scene.validate()?;
+    let mut writer = Writer { scene, out: Text::default(), names: Names::new(scene), pictures: Vec::new() };
+    writer.pictures = picture_names(scene, path)?;
+    writer.settings()?;
+    writer.out.line("\nWorldBegin\n");
+    writer.textures()?;
+    writer.materials()?;
+    writer.lights()?;
+    writer.shapes()?;
+    // Nothing is written unless all can be said.
+    write_pictures(scene, path)?;
+    std::fs::write(path, writer.out.finish()).map_err(|error| file_error(path, &error))
+}
+
+fn file_error(path: &Path, error: &std::io::Error) -> SceneError {
+    SceneError::new(ErrorKind::File, format!("cannot write `{}`: {error}", path.display()))
+}
+
+fn unsupported(what: &str) -> SceneError {
+    SceneError::new(ErrorKind::Unsupported, format!("pbrt files cannot say {what}"))
+}
+
+struct Writer<'a> {
+    scene: &'a SceneDescription,
+    out: Text,
+    names: Names,
+    /// File name of each picture, quoted.
+    pictures: Vec<String>,
+}
+
+/// Names of materials and objects, made unique and quoted.
+struct Names {
+    materials: Vec<String>,
+    objects: Vec<String>,
+}
+
+impl Names {
+    fn new(scene: &SceneDescription) -> Self {
+        let unique = |names: &mut dyn Iterator<Item = &String>, kind: &str| {
+            let mut taken: HashSet<String> = HashSet::new();
+            let mut all = Vec::new();
+            for (i, name) in names.enumerate() {
+                let mut wanted = if name.is_empty() { format!("{kind} {i}") } else { name.clone() };
+                while !taken.insert(quoted(&wanted)) {
+                    wanted = format!("{wanted} {i}");
+                }
+                all.push(quoted(&wanted));
+            }
+            all
+        };
+        Self {
+            materials: unique(&mut scene.materials.iter().map(|m| &m.name), "material"),
+            objects: unique(&mut scene.objects.iter().map(|o| &o.name), "object"),
+        }
+    }
+}
+
+/// The file name of a picture in memory: beside the scene, named after it.
+fn beside(path: &Path, index: usize, name: &str) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
+    format!("{stem}-picture-{index}.{extension}")
+}
+
+/// The quoted file names of all pictures.
+fn picture_names(scene: &SceneDescription, path: &Path) -> Result<Vec<String>, SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = |(i, image): (usize, &Image)| match &image.source {
+        ImageSource::File(file) => {
+            let file = match file.strip_prefix(folder) {
+                Ok(inside) if !folder.as_os_str().is_empty() => inside.to_owned(),
+                _ => std::path::absolute(file).map_err(|error| file_error(file, &error))?,
+            };
+            Ok(quoted(&file.to_string_lossy()))
+        }
+        ImageSource::Bytes { name, .. } => Ok(quoted(&beside(path, i, name))),
+    };
+    scene.images.iter().enumerate().map(name).collect()
+}
+
+/// Writes the pictures in memory.
+fn write_pictures(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
+    for (i, image) in scene.images.iter().enumerate() {
+        if let ImageSource::Bytes { name, bytes } = &image.source {
+            let file = path.with_file_name(beside(path, i, name));
+            std::fs::write(&file, bytes).map_err(|error| file_error(&file, &error))?;
+        }
+    }
+    Ok(())
+}
+
+impl Writer<'_> {
+    fn settings(&mut self) -> Result<(), SceneError> {
+        let SceneDescription { camera, film, filter, sampler, integrator, .. } = self.scene;
+        let out = &mut self.out;
+        out.line(&format!("Integrator \"path\" \"integer maxdepth\" {}", integrator.max_depth));
+        let seed = u32::try_from(sampler.seed).map_err(|_| unsupported("a seed of more than 32 bits"))?;
+        let kind = match sampler.kind {
+            SamplerKind::Sobol => "zsobol",
+            SamplerKind::Independent => "independent",
+        };
+        let spp = sampler.spp.map(|spp| format!(" \"integer pixelsamples\" {spp}")).unwrap_or_default();
+        out.line(&format!("Sampler \"{kind}\"{spp} \"integer seed\" {}", seed as i32));
+        let (kind, radius, further) = match *filter {
+            PixelFilter::Box { radius } => ("box", radius, String::new()),
+            PixelFilter::Triangle { radius } => ("triangle", radius, String::new()),
+            PixelFilter::Gaussian { radius, sigma } => ("gaussian", radius, number("sigma", sigma)),
+            PixelFilter::BlackmanHarris { radius } => ("blackmanharris", radius, String::new()),
+            PixelFilter::Mitchell { radius, b, c } => ("mitchell", radius, number("B", b) + &number("C", c)),
+        };
+        let radius = number("xradius", radius[0]) + &number("yradius", radius[1]);
+        out.line(&format!("PixelFilter \"{kind}\"{radius}{further}"));
+        let mut text = format!(
+            "Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" {}",
+            film.width, film.height
+        );
+        if let Some([x0, y0, x1, y1]) = film.crop {
+            text += &format!(" \"integer pixelbounds\" [ {x0} {x1} {y0} {y1} ]");
+        }
+        if let Some(name) = &film.filename {
+            text += &format!(" \"string filename\" {}", quoted(name));
+        }
+        if film.scale != 1.0 {
+            text += &number("exposuretime", film.scale);
+        }
+        out.line(&text);
+        let inverse = camera.camera_to_world.as_dmat4().inverse();
+        let values: Vec<String> = inverse.to_cols_array().iter().map(f64::to_string).collect();
+        out.line(&format!("Transform [ {} ]", values.join(" ")));
+        let mut text = match camera.projection {
+            Projection::Perspective { fov } => format!("Camera \"perspective\"{}", number("fov", fov)),
+            Projection::Orthographic => "Camera \"orthographic\"".to_owned(),
+        };
+        if let Some(window) = camera.screen_window {
+            text += &numbers("float screenwindow", &window);
+        }
+        if camera.lens_radius > 0.0 {
+            text += &number("lensradius", camera.lens_radius);
+        }
+        text += &number("focaldistance", camera.focal_distance);
+        out.line(&text);
+        Ok(())
+    }
+
+    fn lights(&mut self) -> Result<(), SceneError> {
+        for light in &self.scene.lights {
+            let text = match light {
+                Light::Point { position, intensity } => {
+                    let from = numbers("point3 from", &position.to_array());
+                    format!("LightSource \"point\"{from}{}", color("I", *intensity))
+                }
+                Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+                    let to = numbers("point3 to", &direction.to_array());
+                    let cone = number("coneangle", *cone_angle) + &number("conedeltaangle", *cone_delta);
+                    let [x, y, z] = position.to_array();
+                    let light = format!("LightSource \"spot\"{to}{cone}{}", color("I", *intensity));
+                    format!("AttributeBegin\n  Translate {x} {y} {z}\n  {light}\nAttributeEnd")
+                }
+                Light::Distant { direction, irradiance } => {
+                    let to = numbers("point3 to", &direction.to_array());
+                    format!("LightSource \"distant\"{to}{}", color("L", *irradiance))
+                }
+                Light::Environment { radiance, image, light_to_world } => {
+                    let strength = match image {
+                        None => color("L", *radiance),
+                        Some(id) => self.surroundings(*id)? + &grey(*radiance)?,
+                    };
+                    let values = Mat4::from_mat3(*light_to_world).to_cols_array().map(|v| v.to_string());
+                    let light = format!("LightSource \"infinite\"{strength}");
+                    format!("AttributeBegin\n  Transform [ {} ]\n  {light}\nAttributeEnd", values.join(" "))
+                }
+            };
+            self.out.line(&text);
+        }
+        Ok(())
+    }
+
+    fn surroundings(&self, id: ImageId) -> Result<String, SceneError> {
+        if self.scene.images[id.0 as usize].encoding != TextureEncoding::Auto {
+            return Err(unsupported("how to decode a picture of the surroundings"));
+        }
+        Ok(format!(" \"string filename\" {}", self.pictures[id.0 as usize]))
+    }
+}
+
+fn grey(factor: glam::Vec3) -> Result<String, SceneError> {
+    if factor.x != factor.y || factor.y != factor.z {
+        return Err(unsupported("a colour on a picture of the surroundings"));
+    }
+    Ok(number("scale", factor.x))
+}

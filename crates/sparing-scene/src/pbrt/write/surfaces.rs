@@ -1,0 +1,303 @@
+//! Textures, materials, shapes and their placements.
+
+use super::text::{color, number, numbers};
+use super::{Writer, unsupported};
+use crate::description::{
+    ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, Roughness, Shape, Texture,
+    TextureEncoding, TextureId, UvMapping, Wrap,
+};
+use crate::error::SceneError;
+use glam::{Mat3, Mat4, Vec3};
+use std::collections::HashSet;
+
+fn name(id: TextureId) -> String {
+    format!("\"texture {}\"", id.0)
+}
+
+fn color_input(parameter: &str, input: ColorInput) -> String {
+    match input {
+        ColorInput::Constant(value) => color(parameter, value),
+        ColorInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
+    }
+}
+
+fn float_input(parameter: &str, input: FloatInput) -> String {
+    match input {
+        FloatInput::Constant(value) => number(parameter, value),
+        FloatInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
+    }
+}
+
+fn roughness(roughness: &Roughness) -> String {
+    let remap = format!(" \"bool remaproughness\" {}", roughness.remap);
+    float_input("uroughness", roughness.u) + &float_input("vroughness", roughness.v) + &remap
+}
+
+fn mapping(mapping: &UvMapping) -> String {
+    let ([su, sv], [du, dv]) = (mapping.scale, mapping.offset);
+    number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv)
+}
+
+impl Writer<'_> {
+    /// Textures that are normal maps and nothing else: they are written with their materials.
+    fn only_normal_maps(&self) -> HashSet<TextureId> {
+        let scene = self.scene;
+        let mut only: HashSet<TextureId> = scene.materials.iter().filter_map(|m| m.normal_map).collect();
+        let mut used = Vec::new();
+        let mut color = |input: &ColorInput| {
+            if let ColorInput::Texture(id) = input {
+                used.push(*id);
+            }
+        };
+        let float = |input: &FloatInput| match input {
+            FloatInput::Texture(id) => ColorInput::Texture(*id),
+            FloatInput::Constant(value) => ColorInput::Constant(Vec3::splat(*value)),
+        };
+        for texture in &scene.textures {
+            match texture {
+                Texture::Constant(_) | Texture::Image { .. } => {}
+                Texture::Checkerboard { even: a, odd: b, .. } | Texture::Scale { a, b } => {
+                    [a, b].into_iter().for_each(&mut color);
+                }
+                Texture::Mix { a, b, amount } => [a, b, &float(amount)].into_iter().for_each(&mut color),
+            }
+        }
+        for material in &scene.materials {
+            material.bump.iter().for_each(|id| color(&ColorInput::Texture(*id)));
+            let mut rough = |r: &Roughness| [float(&r.u), float(&r.v)].iter().for_each(&mut color);
+            match &material.kind {
+                MaterialKind::Diffuse { reflectance } => color(reflectance),
+                MaterialKind::Conductor { conductor, roughness } => {
+                    rough(roughness);
+                    match conductor {
+                        Conductor::EtaK { eta, k } => [eta, k].into_iter().for_each(&mut color),
+                        Conductor::Reflectance(reflectance) => color(reflectance),
+                    }
+                }
+                MaterialKind::Dielectric { roughness, tint: input, .. }
+                | MaterialKind::CoatedDiffuse { roughness, reflectance: input, .. } => {
+                    rough(roughness);
+                    color(input);
+                }
+                MaterialKind::DiffuseTransmission { reflectance, transmittance } => {
+                    [reflectance, transmittance].into_iter().for_each(&mut color);
+                }
+                MaterialKind::Mix { amount, .. } => color(&float(amount)),
+                MaterialKind::ThinDielectric { .. } | MaterialKind::Interface => {}
+            }
+        }
+        let objects = scene.objects.iter().flat_map(|object| &object.shapes);
+        for shape in scene.shapes.iter().chain(objects) {
+            shape.alpha.iter().for_each(|alpha| color(&float(alpha)));
+        }
+        used.iter().for_each(|id| {
+            only.remove(id);
+        });
+        only
+    }
+
+    pub fn textures(&mut self) -> Result<(), SceneError> {
+        let skip = self.only_normal_maps();
+        for (i, texture) in self.scene.textures.iter().enumerate() {
+            let id = TextureId(i as u32);
+            if skip.contains(&id) {
+                continue;
+            }
+            let text = match texture {
+                Texture::Constant(value) => format!("\"constant\"{}", color("value", *value)),
+                Texture::Image { image, mapping: uv, wrap, scale, invert } => {
+                    let encoding = match self.scene.images[image.0 as usize].encoding {
+                        TextureEncoding::Auto => String::new(),
+                        TextureEncoding::Srgb => " \"string encoding\" \"sRGB\"".to_owned(),
+                        TextureEncoding::Linear => " \"string encoding\" \"linear\"".to_owned(),
+                        TextureEncoding::Gamma(gamma) => format!(" \"string encoding\" \"gamma {gamma}\""),
+                        TextureEncoding::Alpha => " \"string encoding\" \"alpha\"".to_owned(),
+                    };
+                    let wrap = match wrap {
+                        Wrap::Repeat => "repeat",
+                        Wrap::Clamp => "clamp",
+                        Wrap::Black => "black",
+                        Wrap::Mirror => "mirror",
+                    };
+                    let file = format!(" \"string filename\" {}", self.pictures[image.0 as usize]);
+                    let further = number("scale", *scale) + &mapping(uv);
+                    let wrap = format!(" \"string wrap\" \"{wrap}\"");
+                    format!("\"imagemap\"{file}{encoding}{wrap} \"bool invert\" {invert}{further}")
+                }
+                Texture::Checkerboard { mapping: uv, even, odd } => {
+                    let colors = color_input("tex1", *even) + &color_input("tex2", *odd);
+                    format!("\"checkerboard\"{colors}{}", mapping(uv))
+                }
+                Texture::Scale { a, b } => scaled(*a, *b),
+                Texture::Mix { a, b, amount } => {
+                    let colors = color_input("tex1", *a) + &color_input("tex2", *b);
+                    format!("\"mix\"{colors}{}", float_input("amount", *amount))
+                }
+            };
+            self.out.line(&format!("Texture {} \"spectrum\" {text}", name(id)));
+        }
+        Ok(())
+    }
+
+    pub fn materials(&mut self) -> Result<(), SceneError> {
+        for (i, material) in self.scene.materials.iter().enumerate() {
+            let kind = self.material_kind(material);
+            let maps = self.maps(material)?;
+            let name = &self.names.materials[i];
+            self.out.line(&format!("MakeNamedMaterial {name} \"string type\" {kind}{maps}"));
+        }
+        Ok(())
+    }
+
+    fn material_kind(&self, material: &Material) -> String {
+        match &material.kind {
+            MaterialKind::Diffuse { reflectance } => {
+                format!("\"diffuse\"{}", color_input("reflectance", *reflectance))
+            }
+            MaterialKind::Conductor { conductor, roughness: r } => {
+                let substance = match conductor {
+                    Conductor::EtaK { eta, k } => color_input("eta", *eta) + &color_input("k", *k),
+                    Conductor::Reflectance(value) => color_input("reflectance", *value),
+                };
+                format!("\"conductor\"{substance}{}", roughness(r))
+            }
+            MaterialKind::Dielectric { eta, roughness: r, tint } => {
+                let tint = color_input("tint", *tint);
+                format!("\"dielectric\"{}{tint}{}", number("eta", *eta), roughness(r))
+            }
+            MaterialKind::ThinDielectric { eta } => format!("\"thindielectric\"{}", number("eta", *eta)),
+            MaterialKind::CoatedDiffuse { reflectance, roughness: r, eta } => {
+                let base = color_input("reflectance", *reflectance) + &number("eta", *eta);
+                format!("\"coateddiffuse\"{base}{}", roughness(r))
+            }
+            MaterialKind::DiffuseTransmission { reflectance, transmittance } => {
+                let transmitted = color_input("transmittance", *transmittance);
+                format!("\"diffusetransmission\"{}{transmitted}", color_input("reflectance", *reflectance))
+            }
+            MaterialKind::Mix { materials, amount } => {
+                let [a, b] = materials.map(|id| self.names.materials[id.0 as usize].as_str());
+                format!("\"mix\" \"string materials\" [ {a} {b} ]{}", float_input("amount", *amount))
+            }
+            MaterialKind::Interface => "\"interface\"".to_owned(),
+        }
+    }
+
+    fn maps(&self, material: &Material) -> Result<String, SceneError> {
+        let mut text = String::new();
+        if let Some(id) = material.normal_map {
+            let plain = |uv: &UvMapping| *uv == UvMapping::default();
+            match &self.scene.textures[id.0 as usize] {
+                Texture::Image { image, mapping, wrap: Wrap::Repeat, scale: 1.0, invert: false }
+                    if plain(mapping)
+                        && self.scene.images[image.0 as usize].encoding == TextureEncoding::Linear =>
+                {
+                    text += &format!(" \"string normalmap\" {}", self.pictures[image.0 as usize]);
+                }
+                _ => return Err(unsupported("a normal map that is not a plain linear picture")),
+            }
+        }
+        if let Some(id) = material.bump {
+            text += &format!(" \"texture displacement\" {}", name(id));
+        }
+        Ok(text)
+    }
+
+    pub fn shapes(&mut self) -> Result<(), SceneError> {
+        let scene = self.scene;
+        for shape in &scene.shapes {
+            self.shape(shape)?;
+        }
+        for (object, name) in scene.objects.iter().zip(self.names.objects.clone()) {
+            self.out.line(&format!("ObjectBegin {name}"));
+            for shape in &object.shapes {
+                if shape.emission.is_some() {
+                    return Err(unsupported("emission inside an object"));
+                }
+                self.shape(shape)?;
+            }
+            self.out.line("ObjectEnd");
+        }
+        for instance in &scene.instances {
+            let name = &self.names.objects[instance.object as usize];
+            let matrix = numbers_of(&Mat4::from(instance.object_to_world));
+            let text =
+                format!("AttributeBegin\n  Transform [ {matrix} ]\n  ObjectInstance {name}\nAttributeEnd");
+            self.out.line(&text);
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self, shape: &Shape) -> Result<(), SceneError> {
+        let (frame, geometry) = match &shape.geometry {
+            Geometry::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Geometry::Quads(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Geometry::Triangles(mesh) => {
+                let vertices = vertices(&mesh.positions, mesh.normals.as_deref(), mesh.uvs.as_deref());
+                let indices = numbers("integer indices", mesh.indices.as_flattened());
+                (None, format!("\"trianglemesh\"{indices}{vertices}"))
+            }
+            Geometry::Quads(mesh) => {
+                let vertices = vertices(&mesh.positions, mesh.normals.as_deref(), mesh.uvs.as_deref());
+                let patches: Vec<[u32; 4]> = mesh.indices.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
+                let indices = numbers("integer indices", patches.as_flattened());
+                (None, format!("\"bilinearmesh\"{indices}{vertices}"))
+            }
+            Geometry::Sphere { center, radius, axes: [x, y, z] } => {
+                let frame = (Mat3::from_cols(*x, *y, *z), *center);
+                (Some(frame), format!("\"sphere\"{}", number("radius", *radius)))
+            }
+            Geometry::Disk { center, normal, tangent, radius } => {
+                let frame = (Mat3::from_cols(*tangent, normal.cross(*tangent), *normal), *center);
+                (Some(frame), format!("\"disk\"{}", number("radius", *radius)))
+            }
+        };
+        self.out.line("AttributeBegin");
+        if let Some((axes, center)) = frame {
+            let mut matrix = Mat4::from_mat3(axes);
+            matrix.w_axis = center.extend(1.0);
+            self.out.line(&format!("  Transform [ {} ]", numbers_of(&matrix)));
+        }
+        if shape.reverse_orientation {
+            self.out.line("  ReverseOrientation");
+        }
+        if let Some(emission) = &shape.emission {
+            let ColorInput::Constant(radiance) = emission.radiance else {
+                return Err(unsupported("textured emission"));
+            };
+            let sides = if emission.two_sided { " \"bool twosided\" true" } else { "" };
+            self.out.line(&format!("  AreaLightSource \"diffuse\"{}{sides}", color("L", radiance)));
+        }
+        let alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
+        self.out.line(&format!("  NamedMaterial {}", self.names.materials[shape.material.0 as usize]));
+        self.out.line(&format!("  Shape {geometry}{alpha}\nAttributeEnd"));
+        Ok(())
+    }
+}
+
+/// A product: pbrt has a texture or colour times a number or texture.
+fn scaled(a: ColorInput, b: ColorInput) -> String {
+    let (tex, factor) = match (a, b) {
+        (ColorInput::Constant(a), ColorInput::Constant(b)) => {
+            return format!("\"constant\"{}", color("value", a * b));
+        }
+        (_, ColorInput::Constant(b)) if b.x == b.y && b.y == b.z => (a, FloatInput::Constant(b.x)),
+        (ColorInput::Texture(a), ColorInput::Constant(_)) => (b, FloatInput::Texture(a)),
+        (_, ColorInput::Texture(b)) => (a, FloatInput::Texture(b)),
+    };
+    format!("\"scale\"{}{}", color_input("tex", tex), float_input("scale", factor))
+}
+
+fn numbers_of(matrix: &Mat4) -> String {
+    matrix.to_cols_array().map(|v| v.to_string()).join(" ")
+}
+
+fn vertices(positions: &[[f32; 3]], normals: Option<&[[f32; 3]]>, uvs: Option<&[[f32; 2]]>) -> String {
+    let mut text = numbers("point3 P", positions.as_flattened());
+    if let Some(normals) = normals {
+        text += &numbers("normal N", normals.as_flattened());
+    }
+    if let Some(uvs) = uvs {
+        text += &numbers("point2 uv", uvs.as_flattened());
+    }
+    text
+}
