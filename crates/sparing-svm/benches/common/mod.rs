@@ -72,8 +72,7 @@ pub fn contenders(setting: &Setting) -> Vec<Contender<'_>> {
     });
     all.push(Contender { name: "ffsvm 0.12".to_owned(), run });
     for set in InstructionSet::ALL.into_iter().filter(|s| s.is_available()) {
-        for exp in [ExpMethod::Table, ExpMethod::Polynomial5, ExpMethod::Polynomial4, ExpMethod::CoarseTable]
-        {
+        for exp in [ExpMethod::Table, ExpMethod::Polynomial5] {
             let options = Options { exp, instruction_set: Some(set) };
             let evaluator = Evaluator::compile(&setting.model, &options).expect("the model is valid");
             let mut values = vec![0.0; count];

@@ -89,10 +89,10 @@ impl Machine {
         if matches!(self.kernel, Kernel::Rbf { .. }) {
             for sign in [1.0, -1.0] {
                 let items = terms.iter().filter(|t| t.1 * sign > 0.0).map(&item).collect();
-                packed.append(items, sign, R::MIN_EXPONENT);
+                packed.append(items, sign, R::MIN_EXPONENT, true);
             }
         } else {
-            packed.append(terms.iter().map(item).collect(), 1.0, 0.0);
+            packed.append(terms.iter().map(item).collect(), 1.0, 0.0, false);
         }
         packed
     }

@@ -275,6 +275,11 @@ impl Evaluator {
             prepared[at] = p;
             order[at] = i;
         }
+        if near == values.len() {
+            let batch = &prepared_queries[..near * features];
+            machine.single(batch, &prepared[..near], scratch, values);
+            return true;
+        }
         let mut results = [Value { value: 0.0, bound: 0.0 }; CHUNK];
         for range in [0..near, far..values.len()] {
             if !range.is_empty() {

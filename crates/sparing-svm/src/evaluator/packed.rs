@@ -23,8 +23,8 @@ pub(crate) struct Item {
 pub(crate) struct Tile {
     /// Where in [`Packed::rows`].
     pub(crate) rows: Range<usize>,
-    /// +1 or -1: whether its sum is added or subtracted.
-    pub(crate) sign: f64,
+    /// What its sum counts: the sign, times 2 to the part that all exponents of the tile have in common.
+    pub(crate) factor: f64,
     /// Groups, and so padding, in it.
     pub(crate) groups: usize,
     /// Rounded additions a kernel value goes through.
@@ -55,12 +55,15 @@ impl<R: Real> Packed<R> {
     }
 
     /// Appends vectors of one sign; lanes left over start at `padding`. Vectors are sorted by the magnitude of their
-    /// start, so that the bounds of a tile are tight.
-    pub(crate) fn append(&mut self, mut items: Vec<Item>, sign: f64, padding: f64) {
+    /// start, so that the bounds of a tile are tight; with `shift`, the middle of a tile's starts becomes its factor, and what
+    /// is left of them is small.
+    pub(crate) fn append(&mut self, mut items: Vec<Item>, sign: f64, padding: f64, shift: bool) {
         items.sort_by(|a, b| a.start.abs().total_cmp(&b.start.abs()));
         let stride = 1 + self.features;
         let groups_per_tile = (TILE_BYTES / (64 * stride)).max(2).next_multiple_of(2);
-        for tile in items.chunks(groups_per_tile * R::LANES) {
+        for tile in items.chunks_mut(groups_per_tile * R::LANES) {
+            let common = if shift { middle(tile) } else { 0.0 };
+            tile.iter_mut().for_each(|i| i.start -= common);
             let first = self.rows.len();
             for group in tile.chunks(R::LANES) {
                 self.push_group(group, padding);
@@ -69,7 +72,7 @@ impl<R: Real> Packed<R> {
             let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
             self.tiles.push(Tile {
                 rows: first..self.rows.len(),
-                sign,
+                factor: sign * common.exp2(),
                 groups,
                 depth: sum_depth(groups),
                 start: tile.iter().map(|i| i.start.abs()).fold(0.0, f64::max),
@@ -100,9 +103,17 @@ impl<R: Real> Packed<R> {
     }
 }
 
+/// The middle of the starts, within what exponents can make up for: a shifted exponent stays below 60.
+fn middle(items: &[Item]) -> f64 {
+    let starts = items.iter().map(|i| i.start);
+    let (low, high) =
+        (starts.clone().fold(f64::INFINITY, f64::min), starts.fold(f64::NEG_INFINITY, f64::max));
+    (low / 2.0 + high / 2.0).clamp(-60.0, 0.0)
+}
+
 /// The nearest number; zero where f32 has only denormal ones, which some machines compute slowly.
 #[inline(always)]
 pub(crate) fn flushed<R: Real>(x: f64) -> R {
-    let smallest = if R::MANTISSA_BITS == 23 { f64::from(f32::MIN_POSITIVE) } else { 0.0 };
-    R::from_f64(if x.abs() < smallest { 0.0 } else { x })
+    let kept = R::MANTISSA_BITS > 23 || x.abs() >= f64::from(f32::MIN_POSITIVE) || x.is_nan();
+    R::from_f64(if kept { x } else { 0.0 })
 }

@@ -138,9 +138,10 @@ impl<S: Simd, H: Head<S>, const FEATURES: usize> Job<S> for Tiles<'_, '_, S::Rea
             let each = queries.chunks_exact(features).zip(starts).zip(norms).zip(&mut *sums);
             for (((query, &start), &norm), sum) in each {
                 let value = sum_rows::<S, H, FEATURES>(simd, head, rows, query, start);
-                sum.value += tile.sign * value;
-                sum.magnitude += value;
-                sum.error += value * error.relative(norm);
+                let value = tile.factor * value;
+                sum.value += value;
+                sum.magnitude += value.abs();
+                sum.error += value.abs() * error.relative(norm);
             }
         }
     }
