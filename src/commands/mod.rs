@@ -5,6 +5,7 @@ mod info;
 mod options;
 mod render;
 mod tradeoff;
+mod train;
 
 pub use render::RenderArguments;
 
@@ -35,6 +36,8 @@ enum Command {
     Info(info::InfoArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
     Tradeoff(tradeoff::TradeoffArguments),
+    /// Train the machine of the policy svm on scenes made for it.
+    Train(train::TrainArguments),
     /// Write shell completions to standard output.
     Completions {
         /// Which shell.
@@ -78,6 +81,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "sparing", &mut script);

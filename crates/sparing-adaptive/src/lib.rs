@@ -10,10 +10,16 @@
 //! | [`pooling`] | neighbourhoods of 3 by 3 pixels |
 //! | [`goal`] | tolerance, average or fixed threshold; what threshold reaches it |
 //! | [`policy`] | one file a policy |
+//! | [`features`] | what a machine knows of a pixel, by name |
+//! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
+//! | [`training`] | rows from rendered scenes, labels, fits |
 
+pub mod features;
 pub mod goal;
 pub mod layers;
+pub mod machine;
 pub mod policy;
 pub mod pooling;
+pub mod training;
 pub mod view;

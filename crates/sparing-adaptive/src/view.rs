@@ -8,7 +8,7 @@
 use crate::pooling::Plane;
 use rayon::prelude::*;
 use sparing_image::color::{auto_exposure, ciede2000, luminance, rgb_to_lab};
-use sparing_image::film::{Film, Pixel};
+use sparing_image::film::{BLOCKS, Film, Pixel};
 
 /// By how much the spread of block means over-estimates the error under Owen-scrambled Sobol points, for 8 blocks.
 pub const BLOCK_EXCESS: f64 = 1.35;
@@ -29,6 +29,12 @@ pub struct Statistics {
     pub relative_error: f32,
     /// The same in CIEDE2000: half the difference between the mean plus and minus the error.
     pub perceived_error: f32,
+    /// Mean of the first half of the blocks minus that of the second; 0 with fewer than two blocks.
+    pub half_difference: [f32; 3],
+    /// Luminance of the brightest block over that of the mean, 0 to 8; 1 where all is black.
+    pub peak: f32,
+    /// Share of the blocks that are black.
+    pub zeros: f32,
     /// Distinct shapes that the camera rays met; 0 if the film does not count them.
     pub shapes: u32,
 }
@@ -49,7 +55,33 @@ impl Statistics {
             relative_error: finite(dy / (y + DARK)),
             perceived_error: finite(perceived(mean, error)),
             shapes,
+            ..Self::default()
         }
+        .with_blocks(pixel, exposure)
+    }
+
+    /// Adds what the blocks say beyond their spread.
+    fn with_blocks(mut self, pixel: &Pixel, exposure: f32) -> Self {
+        let mut blocks = [[0.0; 3]; BLOCKS];
+        let mut n = 0;
+        for (slot, block) in blocks.iter_mut().zip(full_blocks(pixel)) {
+            *slot = block;
+            n += 1;
+        }
+        let blocks = &blocks[..n];
+        let y = |b: &[f64; 3]| 0.2126 * b[0] + 0.7152 * b[1] + 0.0722 * b[2];
+        let (first, second) = blocks.split_at(n / 2);
+        if n >= 2 {
+            let mean =
+                |half: &[[f64; 3]], c: usize| half.iter().map(|b| b[c]).sum::<f64>() / half.len() as f64;
+            self.half_difference =
+                std::array::from_fn(|c| finite((mean(first, c) - mean(second, c)) * f64::from(exposure)));
+        }
+        let mean = blocks.iter().map(y).sum::<f64>() / n.max(1) as f64;
+        let largest = blocks.iter().map(y).fold(0.0, f64::max);
+        self.peak = if mean > 0.0 { finite(largest / mean) } else { 1.0 };
+        self.zeros = blocks.iter().filter(|b| **b == [0.0; 3]).count() as f32 / n.max(1) as f32;
+        self
     }
 }
 

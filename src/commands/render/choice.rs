@@ -4,7 +4,8 @@ use super::RenderArguments;
 use crate::commands::Usage;
 use clap::ValueEnum;
 use sparing_adaptive::goal::{Bounds, Goal};
-use sparing_adaptive::policy::{Policy, Shapes, Threshold, Uniform};
+use sparing_adaptive::machine::Machine;
+use sparing_adaptive::policy::{Policy, Shapes, Svm, Threshold, Uniform};
 
 /// The policies by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -14,15 +15,18 @@ pub(super) enum PolicyName {
     Uniform,
     /// Pixels whose estimated error gains most from more samples.
     Threshold,
+    /// The same, but a support vector machine decides where the estimate is in doubt; needs --model.
+    Svm,
     /// Pixels that show several shapes get the most, the others the least.
     Shapes,
 }
 
 /// A policy and what it is to reach.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Choice {
     name: PolicyName,
     goal: Goal,
+    machine: Option<Machine>,
     pub(super) bounds: Bounds,
     pub(super) exposure: Option<f32>,
 }
@@ -34,6 +38,16 @@ impl Choice {
             return Err(Usage::error("the exposure for judging errors must be between -60 and 60 stops"));
         }
         let exposure = a.judge_exposure.map(f32::exp2);
+        let machine = match (&a.model, a.policy) {
+            (Some(path), PolicyName::Svm) => Some(Machine::read(path)?),
+            (None, PolicyName::Svm) => {
+                return Err(Usage::error(
+                    "--policy svm needs a model: give --model, made by `sparing train`",
+                ));
+            }
+            (Some(_), _) => return Err(Usage::error("--model is for --policy svm")),
+            (None, _) => None,
+        };
         if a.policy == PolicyName::Uniform {
             let extra = [
                 a.tolerance.map(|_| "tolerance"),
@@ -47,7 +61,13 @@ impl Choice {
             }
             let max_spp = a.spp.or(scene_spp).unwrap_or(64);
             let bounds = Bounds { min_spp: max_spp.min(8), max_spp };
-            return Ok(Self { name: a.policy, goal: Goal::Average(f64::from(max_spp)), bounds, exposure });
+            return Ok(Self {
+                name: a.policy,
+                goal: Goal::Average(f64::from(max_spp)),
+                machine,
+                bounds,
+                exposure,
+            });
         }
         let min_spp = a.min_spp.unwrap_or(8.min(a.max_spp.unwrap_or(8)));
         let max_spp = a.max_spp.unwrap_or(512.max(min_spp));
@@ -64,15 +84,17 @@ impl Choice {
             Some(n) => Goal::Average(f64::from(n)),
             None => Goal::Tolerance(a.tolerance.unwrap_or(1.0)),
         };
-        Ok(Self { name: a.policy, goal, bounds: Bounds { min_spp, max_spp }, exposure })
+        Ok(Self { name: a.policy, goal, machine, bounds: Bounds { min_spp, max_spp }, exposure })
     }
 
     /// The policy, ready to run.
     pub(super) fn policy(&self) -> Box<dyn Policy> {
-        match self.name {
-            PolicyName::Uniform => Box::new(Uniform),
-            PolicyName::Threshold => Box::new(Threshold::new(self.goal)),
-            PolicyName::Shapes => Box::new(Shapes),
+        match (self.name, &self.machine) {
+            (PolicyName::Svm, Some(machine)) => Box::new(Svm::new(self.goal, machine.clone())),
+            (PolicyName::Uniform, _) => Box::new(Uniform),
+            // Without a machine, which `new` does not let happen, its rule is left.
+            (PolicyName::Threshold | PolicyName::Svm, _) => Box::new(Threshold::new(self.goal)),
+            (PolicyName::Shapes, _) => Box::new(Shapes),
         }
     }
 

@@ -36,6 +36,9 @@ pub struct RenderArguments {
     /// Who gets samples.
     #[arg(long, value_enum, default_value_t)]
     policy: PolicyName,
+    /// Model of the policy svm, with its card beside it.
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
     /// Adaptive policies: render until the predicted mean error of the pixels is T just noticeable differences (CIEDE2000).
     /// Default: 1, unless --spp is given.
     #[arg(long, value_name = "T", value_parser = tolerance, conflicts_with = "spp", allow_negative_numbers = true)]

@@ -1,10 +1,13 @@
 //! Policies: who gets more samples. One file each.
 
 mod shapes;
+mod svm;
 mod threshold;
 mod uniform;
 
 pub use shapes::Shapes;
+pub use svm::{Band, Svm};
+pub(crate) use threshold::{PERCEIVED_PER_RELATIVE, own_spread};
 pub use threshold::{Pooling, Threshold};
 pub use uniform::Uniform;
 

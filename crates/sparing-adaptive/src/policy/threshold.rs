@@ -3,7 +3,7 @@
 use super::{Barrier, Decisions, Policy, doubled};
 use crate::goal::Goal;
 use crate::pooling::Plane;
-use crate::view::View;
+use crate::view::{Statistics, View};
 
 /// How a pixel's spread is joined with its neighbours'.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Pooling {
 
 /// CIEDE2000 of a relative error of 1 at middle brightness (d L* = 116 / 3 Y^(1/3) dY / Y, at Y = 0.4): brings the two
 /// measures of error to one scale.
-const PERCEIVED_PER_RELATIVE: f32 = 28.0;
+pub(crate) const PERCEIVED_PER_RELATIVE: f32 = 28.0;
 
 /// The pooled rule. A pixel's spread is the larger of its relative and its perceived error from block means, times the square
 /// root of its samples; it continues while the pooled spread divided by its samples exceeds lambda.
@@ -39,16 +39,19 @@ impl Threshold {
     /// The pooled spread of each pixel, in CIEDE2000 for one sample.
     #[must_use]
     pub fn spread(&self, view: &View) -> Plane {
-        let own = view.plane(|p| {
-            let error = (PERCEIVED_PER_RELATIVE * p.relative_error).max(p.perceived_error);
-            // Saturated sums give no infinity here.
-            (error * (p.count as f32).sqrt()).min(1e30)
-        });
+        let own = view.plane(own_spread);
         match self.pooling {
             Pooling::RootMeanSquare => own.pooled(),
             Pooling::Maximum => own.dilated(),
         }
     }
+}
+
+/// The spread of one pixel by itself, in CIEDE2000 for one sample.
+pub(crate) fn own_spread(p: &Statistics) -> f32 {
+    let error = (PERCEIVED_PER_RELATIVE * p.relative_error).max(p.perceived_error);
+    // Saturated sums give no infinity here.
+    (error * (p.count as f32).sqrt()).min(1e30)
 }
 
 impl Policy for Threshold {
@@ -73,7 +76,7 @@ impl Policy for Threshold {
 }
 
 /// log2 of the gain over lambda, within +-64: positive where a pixel continues.
-fn decision_value(gain: f64, lambda: f64) -> f32 {
+pub(super) fn decision_value(gain: f64, lambda: f64) -> f32 {
     if gain <= 0.0 {
         return -64.0;
     }

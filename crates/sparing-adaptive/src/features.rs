@@ -1,0 +1,361 @@
+//! Features: what a machine knows of a pixel at a barrier.
+//!
+//! Each has a name that stands in the model's card. Errors are in the units of [`Statistics`], times the square root of
+//! the count, so that they say the same of a pixel at every layer. Magnitudes enter as logarithms, held above a
+//! floor, so that black and saturated pixels have finite features too.
+
+use crate::policy::own_spread;
+use crate::view::{Statistics, View};
+use rayon::prelude::*;
+use sparing_image::color::{ciede2000, luminance, rgb_to_lab};
+
+/// One feature of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Feature {
+    /// Logarithm of the count.
+    Count,
+    /// Of the relative error of the luminance times sqrt(n).
+    RelativeError,
+    /// Of the length of the channels' errors times sqrt(n).
+    ChannelError,
+    /// Of the CIEDE2000 error times sqrt(n).
+    PerceivedError,
+    /// Of the CIEDE2000 difference between the first and the second half of the samples, times sqrt(n).
+    HalfDifference,
+    /// L* of the mean.
+    Lightness,
+    /// a* of the mean.
+    GreenRed,
+    /// b* of the mean.
+    BlueYellow,
+    /// Logarithm of the mean's luminance.
+    Luminance,
+    /// Of the brightest block over the mean.
+    Peak,
+    /// Share of black blocks.
+    Zeros,
+    /// Of the mean spread of 3 by 3 pixels.
+    SpreadMean,
+    /// Of their largest spread.
+    SpreadMax,
+    /// Of their mean CIEDE2000 error times sqrt(n).
+    PerceivedMean,
+    /// Of the largest of them.
+    PerceivedMax,
+    /// Of their mean peak.
+    PeakMean,
+    /// Of their largest peak.
+    PeakMax,
+    /// Logarithm of the distance in L*a*b* to the mean colour of 3 by 3 pixels.
+    NeighbourDistance,
+    /// Logarithm of the pooled rule's gain over its threshold: by how far the rule would go on.
+    Gain,
+}
+
+impl Feature {
+    /// All, in the order of their columns.
+    pub const ALL: [Self; 19] = [
+        Self::Count,
+        Self::RelativeError,
+        Self::ChannelError,
+        Self::PerceivedError,
+        Self::HalfDifference,
+        Self::Lightness,
+        Self::GreenRed,
+        Self::BlueYellow,
+        Self::Luminance,
+        Self::Peak,
+        Self::Zeros,
+        Self::SpreadMean,
+        Self::SpreadMax,
+        Self::PerceivedMean,
+        Self::PerceivedMax,
+        Self::PeakMean,
+        Self::PeakMax,
+        Self::NeighbourDistance,
+        Self::Gain,
+    ];
+
+    /// The name in cards. Names never change their meaning: what is computed otherwise gets another one.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Count => "log-count",
+            Self::RelativeError => "log-relative-error",
+            Self::ChannelError => "log-channel-error",
+            Self::PerceivedError => "log-perceived-error",
+            Self::HalfDifference => "log-half-difference",
+            Self::Lightness => "lab-l",
+            Self::GreenRed => "lab-a",
+            Self::BlueYellow => "lab-b",
+            Self::Luminance => "log-luminance",
+            Self::Peak => "log-peak",
+            Self::Zeros => "zeros",
+            Self::SpreadMean => "log-spread-mean3",
+            Self::SpreadMax => "log-spread-max3",
+            Self::PerceivedMean => "log-perceived-mean3",
+            Self::PerceivedMax => "log-perceived-max3",
+            Self::PeakMean => "log-peak-mean3",
+            Self::PeakMax => "log-peak-max3",
+            Self::NeighbourDistance => "log-lab-distance3",
+            Self::Gain => "log-gain",
+        }
+    }
+
+    /// The feature of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|f| f.name() == name)
+    }
+}
+
+/// Where the pooled rule stands: logarithm of gain over threshold, within +-[`MOST_LOG_GAIN`], finite.
+#[must_use]
+pub fn log_gain(spread: f32, count: u32, lambda: f64) -> f64 {
+    if spread <= 0.0 {
+        return -MOST_LOG_GAIN;
+    }
+    // lambda is 0 or infinite where a goal is beyond reach or reached.
+    (f64::from(spread) / f64::from(count.max(1)) / lambda).ln().clamp(-MOST_LOG_GAIN, MOST_LOG_GAIN)
+}
+
+/// Largest magnitude of [`log_gain`].
+pub const MOST_LOG_GAIN: f64 = 40.0;
+
+/// A pixel and how far the rule would go on there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Query {
+    /// Index of the pixel, in rows.
+    pub pixel: usize,
+    /// [`log_gain`] of it.
+    pub log_gain: f64,
+}
+
+/// Features of some pixels, row-major, as an evaluator takes them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FeatureMatrix {
+    /// Columns.
+    pub features: usize,
+    /// `rows * features`; all finite.
+    pub values: Vec<f64>,
+}
+
+impl FeatureMatrix {
+    /// Computes these features, and no others, of these pixels.
+    ///
+    /// # Panics
+    /// When a query is outside of the view.
+    #[must_use]
+    pub fn new(view: &View, queries: &[Query], features: &[Feature]) -> Self {
+        let mut values = vec![0.0; queries.len() * features.len()];
+        if !features.is_empty() {
+            values.par_chunks_mut(features.len()).zip(queries).with_min_len(64).for_each(|(row, query)| {
+                let around = Around::new(view, query.pixel);
+                for (value, feature) in row.iter_mut().zip(features) {
+                    *value = around.value(*feature, query.log_gain);
+                }
+            });
+        }
+        Self { features: features.len(), values }
+    }
+}
+
+/// A pixel with its neighbours.
+struct Around<'a> {
+    own: &'a Statistics,
+    neighbours: [&'a Statistics; 9],
+    len: usize,
+}
+
+impl<'a> Around<'a> {
+    fn new(view: &'a View, pixel: usize) -> Self {
+        let own = &view.pixels[pixel];
+        let (x, y) = (pixel % view.width, pixel / view.width);
+        let mut around = Self { own, neighbours: [own; 9], len: 0 };
+        for row in y.saturating_sub(1)..(y + 2).min(view.height) {
+            for column in x.saturating_sub(1)..(x + 2).min(view.width) {
+                around.neighbours[around.len] = &view.pixels[row * view.width + column];
+                around.len += 1;
+            }
+        }
+        around
+    }
+
+    fn all(&self) -> &[&'a Statistics] {
+        &self.neighbours[..self.len]
+    }
+
+    fn mean(&self, f: impl Fn(&Statistics) -> f64) -> f64 {
+        self.all().iter().map(|p| f(p)).sum::<f64>() / self.len.max(1) as f64
+    }
+
+    fn max(&self, f: impl Fn(&Statistics) -> f64) -> f64 {
+        self.all().iter().map(|p| f(p)).fold(0.0, f64::max)
+    }
+
+    fn value(&self, feature: Feature, gain: f64) -> f64 {
+        let p = self.own;
+        match feature {
+            Feature::Count => f64::from(p.count.max(1)).ln(),
+            Feature::RelativeError => log(f64::from(p.relative_error) * root(p), 1e-4),
+            Feature::ChannelError => {
+                let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
+                log(squares.sqrt() * root(p), 1e-5)
+            }
+            Feature::PerceivedError => log(perceived(p), 1e-3),
+            Feature::HalfDifference => log(half_difference(p) * root(p), 1e-3),
+            Feature::Lightness => display_lab(p.mean.map(f64::from))[0],
+            Feature::GreenRed => display_lab(p.mean.map(f64::from))[1],
+            Feature::BlueYellow => display_lab(p.mean.map(f64::from))[2],
+            Feature::Luminance => log(luminance(p.mean), 1e-4),
+            Feature::Peak => log(f64::from(p.peak), 1e-2),
+            Feature::Zeros => f64::from(p.zeros),
+            Feature::SpreadMean => log(self.mean(|p| own_spread(p).into()), 1e-3),
+            Feature::SpreadMax => log(self.max(|p| own_spread(p).into()), 1e-3),
+            Feature::PerceivedMean => log(self.mean(perceived), 1e-3),
+            Feature::PerceivedMax => log(self.max(perceived), 1e-3),
+            Feature::PeakMean => log(self.mean(|p| p.peak.into()), 1e-2),
+            Feature::PeakMax => log(self.max(|p| p.peak.into()), 1e-2),
+            Feature::NeighbourDistance => {
+                let mean = std::array::from_fn(|c| self.mean(|p| p.mean[c].into()));
+                let (a, b) = (display_lab(p.mean.map(f64::from)), display_lab(mean));
+                log((a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2]), 1e-2)
+            }
+            Feature::Gain => gain,
+        }
+    }
+}
+
+/// Logarithm, from a floor on: what is smaller does not matter.
+fn log(x: f64, floor: f64) -> f64 {
+    (x + floor).clamp(floor, 1e30).ln()
+}
+
+fn root(p: &Statistics) -> f64 {
+    f64::from(p.count).sqrt()
+}
+
+fn perceived(p: &Statistics) -> f64 {
+    f64::from(p.perceived_error) * root(p)
+}
+
+/// L*a*b* as a display shows it: values beyond 1 are white.
+#[must_use]
+pub fn display_lab(rgb: [f64; 3]) -> [f64; 3] {
+    rgb_to_lab(rgb.map(|x| x.clamp(0.0, 1.0)))
+}
+
+fn half_difference(p: &Statistics) -> f64 {
+    let half = |sign: f64| {
+        display_lab(std::array::from_fn(|c| {
+            f64::from(p.mean[c]) + sign * 0.5 * f64::from(p.half_difference[c])
+        }))
+    };
+    if p.half_difference == [0.0; 3] { 0.0 } else { ciede2000(half(1.0), half(-1.0)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use sparing_image::film::{Film, FilmOptions};
+
+    /// A film whose pixel `i` of its tile holds these samples.
+    fn film(side: u32, samples: impl Fn(usize) -> Vec<Vec3>) -> Film {
+        let mut film = Film::new([side, side], [0, 0, side, side], FilmOptions::default());
+        for tile in &mut film.tiles {
+            for i in 0..tile.pixels.len() {
+                for (n, s) in samples(i).into_iter().enumerate() {
+                    tile.add_sample(i, n as u32, s, 1.0);
+                }
+            }
+        }
+        film
+    }
+
+    fn all(view: &View) -> FeatureMatrix {
+        let queries: Vec<Query> =
+            (0..view.pixels.len()).map(|pixel| Query { pixel, log_gain: log_gain(1.0, 8, 0.0) }).collect();
+        FeatureMatrix::new(view, &queries, &Feature::ALL)
+    }
+
+    #[test]
+    fn names_are_distinct_and_lead_back() {
+        for feature in Feature::ALL {
+            assert_eq!(Feature::from_name(feature.name()), Some(feature));
+        }
+        assert_eq!(Feature::from_name("log-gain "), None);
+    }
+
+    #[test]
+    fn hostile_films_have_finite_features() {
+        let one = |value: f32| {
+            let mut samples = vec![Vec3::splat(0.5); 8];
+            samples[5] = Vec3::splat(value);
+            samples
+        };
+        let cases = [
+            Vec::new(),
+            vec![Vec3::ZERO; 8],
+            vec![Vec3::ONE],
+            vec![Vec3::splat(f32::MAX); 16],
+            vec![Vec3::splat(1e-45); 8],
+            one(f32::NAN),
+            one(f32::MAX),
+        ];
+        for samples in cases {
+            for side in [1, 3, 9] {
+                for exposure in [1e-30, 1e-6, 1.0, 1e6, 1e30] {
+                    let view = View::new(
+                        &film(side, |i| if i % 3 == 1 { one(3.0) } else { samples.clone() }),
+                        exposure,
+                    );
+                    let matrix = all(&view);
+                    assert_eq!(matrix.values.len(), view.pixels.len() * Feature::ALL.len());
+                    assert!(matrix.values.iter().all(|v| v.is_finite()), "{samples:?} {side} {exposure}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn values_are_what_their_names_say() {
+        // Pixel 4, the middle of 3 by 3, has one bright block; tiles are 8 wide.
+        let view = View::new(
+            &film(3, |i| {
+                let mut samples = vec![Vec3::splat(0.25); 8];
+                if i == 9 {
+                    samples[0] = Vec3::ZERO;
+                    samples[7] = Vec3::splat(0.5);
+                }
+                samples
+            }),
+            2.0,
+        );
+        let value = |pixel: usize, feature| {
+            FeatureMatrix::new(&view, &[Query { pixel, log_gain: -0.5 }], &[feature]).values[0]
+        };
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-3 * b.abs().max(1.0), "{a} {b}");
+        close(value(4, Feature::Count), 8_f64.ln());
+        close(value(4, Feature::Luminance), 0.5_f64.ln());
+        close(value(4, Feature::Peak), 2.01_f64.ln());
+        close(value(0, Feature::Peak), 1.01_f64.ln());
+        close(value(0, Feature::PeakMax), 2.01_f64.ln());
+        close(value(0, Feature::PeakMean), (1.0 + 0.25 + 0.01_f64).ln());
+        close(value(4, Feature::Zeros), 0.125);
+        close(value(0, Feature::HalfDifference), 1e-3_f64.ln());
+        close(value(4, Feature::Gain), -0.5);
+        close(value(4, Feature::NeighbourDistance), 1e-2_f64.ln());
+        assert!(value(4, Feature::HalfDifference) > 1.0);
+        assert!(value(0, Feature::SpreadMax) > value(0, Feature::SpreadMean));
+        assert_eq!(value(8, Feature::SpreadMax), value(4, Feature::SpreadMax));
+    }
+
+    #[test]
+    fn the_log_gain_is_finite_for_any_threshold() {
+        assert_eq!(log_gain(0.0, 8, 0.0), -MOST_LOG_GAIN);
+        assert_eq!(log_gain(1.0, 8, 0.0), MOST_LOG_GAIN);
+        assert_eq!(log_gain(1.0, 8, f64::INFINITY), -MOST_LOG_GAIN);
+        assert!((log_gain(16.0, 8, 1.0) - 2_f64.ln()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,126 @@
+//! A support vector machine ready to decide about pixels: the model, what its features are, how they are scaled.
+
+use crate::features::{Feature, FeatureMatrix};
+use rayon::prelude::*;
+use sparing_svm::model::ReadOptions;
+use sparing_svm::{Card, Evaluator, Model, Scaling, SvmError};
+use std::path::Path;
+
+/// Why a machine cannot decide about pixels.
+#[derive(Debug, thiserror::Error)]
+pub enum MachineError {
+    /// The model or its card cannot be read, or they do not fit each other.
+    #[error(transparent)]
+    Svm(#[from] SvmError),
+    /// It is sound, but of another kind.
+    #[error("the model cannot decide about pixels: {0}")]
+    Unfit(String),
+}
+
+/// Rows that one task scales and evaluates.
+const BATCH: usize = 256;
+
+/// A machine of two classes, +1 for pixels that go on, with the features that it names. Shared by threads as it is.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    evaluator: Evaluator,
+    features: Vec<Feature>,
+    scaling: Scaling,
+    /// What turns the model's decision value into one that is positive for +1.
+    sign: f64,
+}
+
+impl Machine {
+    /// From a model and its card.
+    ///
+    /// # Errors
+    /// The card names features that are not known, another number of them than the model has, or no scaling; the
+    /// model does not tell +1 from -1.
+    pub fn new(model: &Model, card: &Card) -> Result<Self, MachineError> {
+        let unfit = |message: String| Err(MachineError::Unfit(message));
+        let mut features = Vec::new();
+        for name in &card.features {
+            match Feature::from_name(name) {
+                Some(feature) => features.push(feature),
+                None => return unfit(format!("the feature {name:?} is not known")),
+            }
+        }
+        if features.len() != model.features {
+            return unfit(format!("it has {} features, its card names {}", model.features, features.len()));
+        }
+        let sign = match (model.svm_type.is_classifier(), &model.labels[..]) {
+            (true, [1, -1]) => 1.0,
+            (true, [-1, 1]) => -1.0,
+            _ => return unfit("it must tell the classes +1 and -1 apart".to_owned()),
+        };
+        let Some(scaling) = card.scaling() else {
+            return unfit("its card has no scaling of the features".to_owned());
+        };
+        if scaling.features.len() != features.len() {
+            return unfit(format!("{} features and a scaling of {}", features.len(), scaling.features.len()));
+        }
+        Ok(Self { evaluator: Evaluator::new(model)?, features, scaling, sign })
+    }
+
+    /// Reads a model file and the card beside it.
+    ///
+    /// # Errors
+    /// As [`Model::read_with_card`] and [`Machine::new`].
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MachineError> {
+        let path = path.as_ref();
+        let names = Card::read(path)?.features;
+        let (model, card) = Model::read_with_card(path, &names)?;
+        Self::new(&model, &card)
+    }
+
+    /// From the texts of both files.
+    ///
+    /// # Errors
+    /// As [`Machine::read`], but that the card's hash is not looked at.
+    pub fn from_text(model: &str, card: &str) -> Result<Self, MachineError> {
+        let card = Card::from_text(card, "the model's card")?;
+        let options = ReadOptions { features: Some(card.features.len()), ..ReadOptions::default() };
+        let model = Model::read_from(model.as_bytes(), "the model", &options)?;
+        Self::new(&model, &card)
+    }
+
+    /// The features that it wants, in order.
+    #[must_use]
+    pub fn features(&self) -> &[Feature] {
+        &self.features
+    }
+
+    /// Number of support vectors.
+    #[must_use]
+    pub fn vectors(&self) -> usize {
+        self.evaluator.model().len()
+    }
+
+    /// One decision value a row, positive for pixels that go on. Features are scaled and held within the scaling's
+    /// range first: a machine extrapolates badly.
+    ///
+    /// # Panics
+    /// When the matrix has other features.
+    #[must_use]
+    pub fn decide(&self, matrix: FeatureMatrix) -> Vec<f64> {
+        assert_eq!(matrix.features, self.features.len(), "as many features as the machine has");
+        let width = matrix.features.max(1);
+        let mut rows = matrix.values;
+        let mut out = vec![0.0; rows.len() / width];
+        rows.par_chunks_mut(BATCH * width).zip(out.par_chunks_mut(BATCH)).for_each(|(rows, out)| {
+            for row in rows.chunks_exact_mut(width) {
+                scale(&self.scaling, row);
+            }
+            self.evaluator.decide(rows, out);
+            out.iter_mut().for_each(|v| *v *= self.sign);
+        });
+        out
+    }
+}
+
+/// Scales a row and clips it to the scaling's range.
+pub(crate) fn scale(scaling: &Scaling, row: &mut [f64]) {
+    // The lengths are equal: `Machine::new` has checked it. A row of another length would stay as it is.
+    let _ = scaling.apply(row);
+    row.iter_mut().for_each(|v| *v = v.clamp(scaling.lower, scaling.upper));
+}

@@ -1,0 +1,125 @@
+//! Layers of an even render, kept, so that policies can be replayed on them.
+
+use crate::goal::Bounds;
+use crate::policy::{Barrier, Policy};
+use sparing_image::film::{Film, FilmOptions};
+use sparing_render::integrator::Wave;
+use sparing_render::{RenderSettings, Renderer, Scene};
+
+/// Films of one seed at the minimum and every doubling up to the maximum. A sample is a function of pixel, index and seed,
+/// so whatever a policy renders is put together from these films, bit for bit.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    films: Vec<Film>,
+    bounds: Bounds,
+}
+
+impl Replay {
+    /// Renders evenly to the minimum, and on by doubling as long as the maximum is not exceeded.
+    #[must_use]
+    pub fn new(
+        scene: &Scene,
+        size: [u32; 2],
+        settings: RenderSettings,
+        bounds: Bounds,
+        options: FilmOptions,
+    ) -> Self {
+        let renderer = Renderer::new(scene, settings, options);
+        let mut film = Film::new(size, [0, 0, size[0], size[1]], options);
+        let (mut films, mut spp) = (Vec::new(), bounds.min_spp.max(1));
+        loop {
+            renderer.run(&mut film, &Wave::default(), |_, _| spp);
+            if spp > bounds.max_spp / 2 {
+                films.push(film);
+                return Self { films, bounds: Bounds { max_spp: spp, ..bounds } };
+            }
+            films.push(film.clone());
+            spp *= 2;
+        }
+    }
+
+    /// Least and most samples that are stored.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The even films: the minimum, twice that, and so on.
+    #[must_use]
+    pub fn films(&self) -> &[Film] {
+        &self.films
+    }
+
+    /// Runs a policy that goes on by doubling, as the loop of layers would. `at_barrier` sees each barrier, the level of each
+    /// pixel (its film's number), and then the film may be dropped. Gives the final film.
+    pub fn run(
+        &self,
+        policy: &mut dyn Policy,
+        exposure: f32,
+        mut at_barrier: impl FnMut(&Barrier<'_>, &[u8]),
+    ) -> Film {
+        let mut film = self.films[0].clone();
+        let width = film.width() as usize;
+        let mut levels = vec![0_u8; width * film.height() as usize];
+        loop {
+            let barrier = Barrier::new(&film, self.bounds, exposure);
+            at_barrier(&barrier, &levels);
+            let targets = policy.decide(&barrier).targets;
+            let mut any = false;
+            let [x0, y0, ..] = film.crop;
+            for (number, tile) in film.tiles.iter_mut().enumerate() {
+                for y in tile.y0..tile.y0 + tile.height {
+                    for x in tile.x0..tile.x0 + tile.width {
+                        let at = (y - y0) as usize * width + (x - x0) as usize;
+                        let i = tile.index(x, y);
+                        let next = usize::from(levels[at]) + 1;
+                        if targets[at] > tile.pixels[i].count() && next < self.films.len() {
+                            levels[at] += 1;
+                            let from = &self.films[next].tiles[number];
+                            tile.pixels[i] = from.pixels[i].clone();
+                            if let (Some(to), Some(from)) = (tile.shapes.get_mut(i), from.shapes.get(i)) {
+                                *to = from.clone();
+                            }
+                            any = true;
+                        }
+                    }
+                }
+            }
+            if !any {
+                return film;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::goal::Goal;
+    use crate::layers::{Limits, Unwatched, render};
+    use crate::policy::Threshold;
+    use sparing_render::BuildOptions;
+    use std::sync::atomic::AtomicBool;
+
+    #[test]
+    fn a_replay_is_the_render() {
+        let path =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/tests/small-light.pbrt");
+        let description = sparing_scene::load(&path).expect("the scene loads");
+        let scene = Scene::build(description, BuildOptions { threads: 1, robust: true }).expect("it builds");
+        let bounds = Bounds { min_spp: 8, max_spp: 128 };
+        let settings = RenderSettings::default();
+        let replay = Replay::new(&scene, [20, 13], settings, bounds, FilmOptions::default());
+        assert_eq!(replay.films().len(), 5);
+        for goal in [Goal::Average(24.0), Goal::Threshold(0.3)] {
+            let replayed = replay.run(&mut Threshold::new(goal), 1.5, |_, _| ());
+            let mut film = Film::new([20, 13], [0, 0, 20, 13], FilmOptions::default());
+            let renderer = Renderer::new(&scene, settings, FilmOptions::default());
+            let limits = Limits { bounds, time: None, exposure: Some(1.5) };
+            let stop = AtomicBool::new(false);
+            render(&renderer, &mut film, &mut Threshold::new(goal), &limits, &stop, &mut Unwatched);
+            let pixels = |film: &Film| film.map(|t, i| t.pixels[i].clone());
+            assert!(pixels(&film) == pixels(&replayed), "{goal:?}");
+        }
+    }
+}
