@@ -10,3 +10,4 @@ mod interrupt;
 mod output;
 mod references;
 mod tradeoff;
+mod train;

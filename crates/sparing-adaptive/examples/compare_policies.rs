@@ -5,7 +5,7 @@
 //!
 //! Each scene is rendered evenly to 512 samples per pixel with some seeds, and a reference with another one. Policies are
 //! replayed on the stored layers, for many thresholds. For each figure of error, the average of samples at which a
-//! policy is as good as uniform sampling with 64 is interpolated; geometric means over seeds and scenes.
+//! policy is as good as uniform sampling with 64 is interpolated in the mean over the seeds; geometric means over scenes.
 
 use sparing_adaptive::features::display_lab;
 use sparing_adaptive::goal::{Bounds, Goal};
@@ -28,12 +28,36 @@ const FIGURES: &str = "relMSE, p99 dE, p95 dE, mean dE";
 const UNREACHED: f64 = 3.12;
 const THRESHOLDS: u32 = 20;
 
-/// One render against its reference.
+/// Renders against their reference: the mean of some seeds.
+#[derive(Clone, Copy, Default)]
 struct Errors {
     spp: f64,
     figures: [f64; 4],
     /// Signed relative error of the darkest lit quarter.
     dark_bias: f64,
+}
+
+impl Errors {
+    fn add(&mut self, other: &Self) {
+        self.spp += other.spp;
+        self.dark_bias += other.dark_bias;
+        self.figures.iter_mut().zip(other.figures).for_each(|(a, b)| *a += b);
+    }
+
+    fn divide(&mut self, count: u64) {
+        let count = count.max(1) as f64;
+        self.spp /= count;
+        self.dark_bias /= count;
+        self.figures.iter_mut().for_each(|f| *f /= count);
+    }
+}
+
+/// Thresholds from hardly any samples beyond the minimum to nearly the maximum; none if nothing shows any error.
+fn thresholds(replay: &Replay, exposure: f32) -> Vec<f64> {
+    let Some([largest, smallest]) = replay.thresholds(exposure, [9.0, 350.0]) else { return Vec::new() };
+    (0..=THRESHOLDS)
+        .map(|k| largest * (smallest / largest).powf(f64::from(k) / f64::from(THRESHOLDS)))
+        .collect()
 }
 
 struct Truth {
@@ -99,7 +123,7 @@ struct Entry {
     make: Make,
     /// Logarithms of relative spp, a row a scene.
     logs: Vec<[f64; 4]>,
-    /// At about 32 samples on average, one a render.
+    /// At about 32 samples on average, one a scene.
     biases: Vec<f64>,
 }
 
@@ -110,7 +134,7 @@ impl Entry {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut scenes, mut seeds, mut scale, mut reference) = (12_u32, 2_u64, 0.64_f64, 4096_u32);
+    let (mut scenes, mut seeds, mut scale, mut reference) = (12_u32, 3_u64, 0.64_f64, 4096_u32);
     let rule =
         |pooling| -> Make { Box::new(move |l| Box::new(Threshold { goal: Goal::Threshold(l), pooling })) };
     let mut entries = vec![
@@ -134,9 +158,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut even_biases = Vec::new();
     for index in 0..scenes {
-        let description = scene(index, 1, Split::Validation);
+        let mut description = scene(index, 1, Split::Validation);
         let side = |pixels: u32| (f64::from(pixels) * scale).round().max(1.0) as u32;
         let size = [side(description.film.width), side(description.film.height)];
+        // The camera is built for the film's size.
+        [description.film.width, description.film.height] = size;
         let settings = RenderSettings { max_depth: description.integrator.max_depth, ..Default::default() };
         println!("{}", description.name);
         let built = Scene::build(description, BuildOptions { threads: 0, robust: true })?;
@@ -145,31 +171,35 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let renderer = Renderer::new(&built, best, FilmOptions::default());
         renderer.run(&mut film, &Wave::default(), |_, _| reference);
         let truth = Truth::new(&film);
-        entries.iter_mut().for_each(|e| e.logs.push([0.0; 4]));
+        let mut uniform = Errors::default();
+        let mut curves: Vec<Vec<Errors>> = vec![Vec::new(); entries.len()];
+        let mut lambdas = Vec::new();
         for seed in 0..seeds {
             let settings = RenderSettings { seed: 7000 + seed, ..settings };
             let replay = Replay::new(&built, size, settings, BOUNDS, FilmOptions::default());
             let exposure = View::auto_exposure(&replay.films()[0]);
-            let uniform = truth.errors(&replay.films()[LEVEL]);
+            uniform.add(&truth.errors(&replay.films()[LEVEL]));
             even_biases.push(truth.errors(&replay.films()[LEVEL - 1]).dark_bias);
-            let first = View::new(&replay.films()[0], exposure);
-            let spread = Threshold::new(Goal::Average(1.0)).spread(&first);
-            let lambda = |average: f64| Goal::Average(average).threshold(&first, &spread, BOUNDS);
-            let (largest, smallest) = (lambda(9.0), lambda(350.0).max(1e-9));
-            for entry in &mut entries {
-                let curve: Vec<Errors> = (0..=THRESHOLDS)
-                    .map(|k| largest * (smallest / largest).powf(f64::from(k) / f64::from(THRESHOLDS)))
-                    .map(|l| truth.errors(&replay.run(&mut *(entry.make)(l), exposure, |_, _| ())))
-                    .collect();
-                let scene_logs = &mut entry.logs[index as usize];
-                for (figure, log) in scene_logs.iter_mut().enumerate() {
-                    let spp = reached(&curve, figure, uniform.figures[figure]);
-                    *log += spp.map_or(UNREACHED, |spp| spp / uniform.spp).ln() / seeds as f64;
-                }
-                let off = |e: &Errors| (e.spp / 32.0).ln().abs();
-                let nearest = curve.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-                entry.biases.extend(nearest.map(|e| e.dark_bias));
+            if lambdas.is_empty() {
+                lambdas = thresholds(&replay, exposure);
             }
+            for (entry, curve) in entries.iter().zip(&mut curves) {
+                curve.resize(lambdas.len(), Errors::default());
+                for (sum, &lambda) in curve.iter_mut().zip(&lambdas) {
+                    sum.add(&truth.errors(&replay.run(&mut *(entry.make)(lambda), exposure, |_, _| ())));
+                }
+            }
+        }
+        uniform.divide(seeds);
+        for (entry, curve) in entries.iter_mut().zip(&mut curves) {
+            curve.iter_mut().for_each(|e| e.divide(seeds));
+            entry.logs.push(std::array::from_fn(|figure| {
+                let spp = reached(curve, figure, uniform.figures[figure]);
+                spp.map_or(UNREACHED, |spp| spp / uniform.spp).ln()
+            }));
+            let off = |e: &Errors| (e.spp / 32.0).ln().abs();
+            let nearest = curve.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            entry.biases.extend(nearest.map(|e| e.dark_bias));
         }
         for entry in &entries {
             println!("    {:<44} {}", entry.name, joined(&entry.logs[index as usize].map(f64::exp)));

@@ -156,7 +156,8 @@ fn training_is_deterministic_and_gives_a_machine() {
         pool.install(|| {
             let rows: Vec<_> = [0, 1, 3]
                 .map(|index| {
-                    let scene = scene(index, 1, Split::Training);
+                    let mut scene = scene(index, 1, Split::Training);
+                    (scene.film.width, scene.film.height) = (16, 12);
                     let depth = scene.integrator.max_depth;
                     let scene = Scene::build(scene, BuildOptions { threads: 1, robust: true }).unwrap();
                     let settings = RenderSettings { max_depth: depth, ..RenderSettings::default() };

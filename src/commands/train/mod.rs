@@ -172,9 +172,11 @@ fn command(a: &TrainArguments, scenes: u32) -> String {
 
 /// Renders a scene and collects its rows.
 fn rows_of(a: &TrainArguments, index: u32) -> anyhow::Result<Vec<Row>> {
-    let description = scene(index, a.seed, Split::Training);
+    let mut description = scene(index, a.seed, Split::Training);
     let side = |pixels: u32| (f64::from(pixels) * a.size_scale).round().max(1.0) as u32;
     let size = [side(description.film.width), side(description.film.height)];
+    // The camera is built for the film's size.
+    [description.film.width, description.film.height] = size;
     let settings =
         RenderSettings { max_depth: description.integrator.max_depth, ..RenderSettings::default() };
     let name = description.name.clone();

@@ -50,12 +50,12 @@ pub struct Row {
     pub gains: [f64; 3],
 }
 
-/// Averages of samples that thresholds are drawn between.
+/// Averages of samples, over the pixels that show any error, that thresholds are drawn between.
 const AVERAGES: [f64; 2] = [10.0, 200.0];
 /// Thresholds that each replicate is replayed with.
 const TRIALS: usize = 6;
 
-/// Renders a scene and collects rows: the pooled rule is replayed with random thresholds, and of the pixels that it sees
+/// Renders a scene, which must be built for this size, and collects rows: the pooled rule is replayed with random thresholds, and of the pixels that it sees
 /// within the band, random ones are kept. The same for the same seed, whatever the threads.
 #[must_use]
 pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &Collection) -> Vec<Row> {
@@ -80,10 +80,9 @@ pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &C
     let truth = means(&reference);
     for (own, replay) in replays.iter().enumerate() {
         let exposure = View::auto_exposure(&replay.films()[0]);
-        let ends = AVERAGES.map(|average| first_threshold(replay, exposure, average));
-        if !(ends[0].is_finite() && ends[1] > 0.0) {
+        let Some(ends) = replay.thresholds(exposure, AVERAGES) else {
             continue; // nothing in the picture shows any error
-        }
+        };
         for _ in 0..TRIALS {
             let lambda = (ends[1].ln() + random.uniform() * (ends[0] / ends[1]).ln()).exp();
             let mut rule = Threshold::new(Goal::Threshold(lambda));
@@ -133,13 +132,6 @@ pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &C
 fn per_barrier(what: &Collection, replicates: usize) -> usize {
     let barriers = (what.bounds.max_spp / what.bounds.min_spp.max(1)).max(2).ilog2() as usize;
     2 * what.rows.div_ceil(TRIALS * replicates * barriers)
-}
-
-/// The threshold that is expected to reach an average, judged by the first layer.
-fn first_threshold(replay: &Replay, exposure: f32, average: f64) -> f64 {
-    let view = View::new(&replay.films()[0], exposure);
-    let goal = Goal::Average(average);
-    goal.threshold(&view, &Threshold::new(goal).spread(&view), replay.bounds())
 }
 
 fn means(film: &Film) -> Vec<[f64; 3]> {

@@ -1,7 +1,8 @@
 //! Layers of an even render, kept, so that policies can be replayed on them.
 
-use crate::goal::Bounds;
-use crate::policy::{Barrier, Policy};
+use crate::goal::{Bounds, Goal};
+use crate::policy::{Barrier, Policy, Threshold};
+use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;
 use sparing_render::{RenderSettings, Renderer, Scene};
@@ -50,6 +51,21 @@ impl Replay {
         &self.films
     }
 
+    /// Thresholds of the pooled rule that are expected to reach these averages of samples over the pixels that show any
+    /// error, judged by the first layer. `None` if no pixel does.
+    #[must_use]
+    pub fn thresholds<const N: usize>(&self, exposure: f32, averages: [f64; N]) -> Option<[f64; N]> {
+        let view = View::new(&self.films[0], exposure);
+        let spread = Threshold::new(Goal::Average(1.0)).spread(&view);
+        let lit =
+            spread.values.iter().filter(|s| **s > 0.0).count() as f64 / spread.values.len().max(1) as f64;
+        let least = f64::from(self.bounds.min_spp);
+        let thresholds = averages.map(|average| {
+            Goal::Average(least + lit * (average - least)).threshold(&view, &spread, self.bounds)
+        });
+        thresholds.iter().all(|t| t.is_finite() && *t > 0.0).then_some(thresholds)
+    }
+
     /// Runs a policy that goes on by doubling, as the loop of layers would. `at_barrier` sees each barrier, the level of each
     /// pixel (its film's number), and then the film may be dropped. Gives the final film.
     pub fn run(
@@ -95,9 +111,7 @@ impl Replay {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::goal::Goal;
     use crate::layers::{Limits, Unwatched, render};
-    use crate::policy::Threshold;
     use sparing_render::BuildOptions;
     use std::sync::atomic::AtomicBool;
 
