@@ -23,7 +23,7 @@ pub(crate) const COLOURS: [Colour; 7] = [
 pub(crate) const GREY: Colour = [150, 150, 150];
 pub(crate) const FAINT: Colour = [228, 228, 228];
 pub(crate) const BLACK: Colour = [0, 0, 0];
-const WHITE: Colour = [255, 255, 255];
+pub(crate) const WHITE: Colour = [255, 255, 255];
 
 /// The mark of what is below an axis.
 pub(crate) const DOWN: usize = usize::MAX;

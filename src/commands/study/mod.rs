@@ -46,8 +46,13 @@ pub(super) struct StudyArguments {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Policies to compare; uniform is always one of them.
-    #[arg(long, value_name = "NAME,..", value_enum, value_delimiter = ',',
-        default_value = "uniform,threshold,shapes,half-buffer")]
+    #[arg(
+        long,
+        value_name = "NAME,..",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "uniform,threshold,shapes,half-buffer"
+    )]
     policies: Vec<PolicyName>,
     /// Policies are compared at the errors that uniform sampling has at these samples per pixel.
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "64,256", value_parser = spp,
@@ -97,7 +102,10 @@ pub(super) fn run(a: &StudyArguments) -> anyhow::Result<ExitCode> {
         signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
     }
     let Some(scenes) = run::all(&plan, &interrupt)? else {
-        note(format_args!("interrupted; finished renders are in {}: --resume goes on", plan.folder.display()));
+        note(format_args!(
+            "interrupted; finished renders are in {}: --resume goes on",
+            plan.folder.display()
+        ));
         return Ok(ExitCode::from(130));
     };
     let study = results::Study::new(&plan, scenes);
@@ -108,10 +116,6 @@ pub(super) fn run(a: &StudyArguments) -> anyhow::Result<ExitCode> {
     let pictures = pictures::write(&plan, &study)?;
     write_text(&plan.folder.join(PAGE), &page::page(&study, &plots, &pictures))?;
     print(tables::text(&study))?;
-    note(format_args!(
-        "{} in {}",
-        plan.folder.join(PAGE).display(),
-        clock(start.elapsed().as_secs_f64())
-    ));
+    note(format_args!("{} in {}", plan.folder.join(PAGE).display(), clock(start.elapsed().as_secs_f64())));
     Ok(ExitCode::SUCCESS)
 }

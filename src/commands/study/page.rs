@@ -59,7 +59,11 @@ fn scene_part(out: &mut String, study: &Study, scene: &SceneResult, plots: &[Str
         reference.exposure,
         reference.rel_mse
     );
-    picture(out, &pictures.counts, "Where the samples went: black is the least, light yellow the most, in powers of two.");
+    picture(
+        out,
+        &pictures.counts,
+        "Where the samples went: black is the least, light yellow the most, in powers of two.",
+    );
     picture(out, &pictures.crops, "The part where uniform sampling is worst.");
     for (level, oracle) in study.levels.iter().zip(&scene.oracle) {
         let _ = writeln!(out, "<h3>At the error of uniform {level} spp</h3>");
@@ -127,7 +131,10 @@ fn shade(ratio: f64, unreached: bool) -> String {
 fn table_end(out: &mut String, oracle: Option<f64>) {
     out.push_str("</tbody></table></div>");
     if let Some(oracle) = oracle {
-        let _ = writeln!(out, "<p class=\"note\">The best allocation would need {oracle:.2} of the samples for the same relMSE.</p>");
+        let _ = writeln!(
+            out,
+            "<p class=\"note\">The best allocation would need {oracle:.2} of the samples for the same relMSE.</p>"
+        );
     }
 }
 
@@ -188,7 +195,9 @@ mod tests {
 
     #[test]
     fn base64_of_the_rfc() {
-        for (plain, coded) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+        for (plain, coded) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
             assert_eq!(base64(plain.as_bytes()), coded);
         }
     }

@@ -48,7 +48,8 @@ fn of_scene(plan: &Plan, study: &Study, scene: &SceneResult) -> anyhow::Result<P
     for record in study.policies.iter().filter_map(|p| runs.nearest(*p, level)) {
         let picture = read_exr(&record.picture(plan, &runs.name))?;
         let (pixels, counts) = (picture.rgb(""), picture.channel("SampleCount.Y").map(|c| c.data.clone()));
-        let (pixels, counts) = pixels.zip(counts).context("a render has lost its channels; render it again")?;
+        let (pixels, counts) =
+            pixels.zip(counts).context("a render has lost its channels; render it again")?;
         if pixels.len() != runs.reference.pixels.len() {
             anyhow::bail!("a render has another size than the reference; render it again");
         }
@@ -68,7 +69,8 @@ fn counts(scene: &SceneResult, shown: &[Shown<'_>]) -> Vec<Tile> {
     let most = all().copied().fold(1.0, f32::max).log2();
     let least = all().copied().fold(f32::INFINITY, f32::min).clamp(1.0, 1e9).log2();
     let map = |n: &f32| false_color((n.max(1.0).log2() - least) / (most - least).max(1e-3));
-    let reference = Tile { label: "reference".into(), size: runs.size, pixels: exposed(scene, &runs.reference.pixels) };
+    let reference =
+        Tile { label: "reference".into(), size: runs.size, pixels: exposed(scene, &runs.reference.pixels) };
     let maps = adaptive.clone().map(|s| Tile {
         label: format!("{}, {:.0} spp", s.record.policy.name(), s.record.average_spp),
         size: runs.size,

@@ -224,9 +224,15 @@ mod tests {
         let labels = |p: PolicyName, levels: &[u32], max| -> Vec<String> {
             p.knobs(levels, max).into_iter().map(Knob::label).collect()
         };
-        assert_eq!(labels(PolicyName::Uniform, &[8, 20], 33), ["spp-8", "spp-16", "spp-20", "spp-32", "spp-33"]);
+        assert_eq!(
+            labels(PolicyName::Uniform, &[8, 20], 33),
+            ["spp-8", "spp-16", "spp-20", "spp-32", "spp-33"]
+        );
         assert_eq!(labels(PolicyName::Shapes, &[8], 32), ["max-spp-8", "max-spp-16", "max-spp-32"]);
-        assert_eq!(labels(PolicyName::Threshold, &[8], 32), ["average-12", "average-16", "average-24", "average-32"]);
+        assert_eq!(
+            labels(PolicyName::Threshold, &[8], 32),
+            ["average-12", "average-16", "average-24", "average-32"]
+        );
         let guesses: Vec<f64> =
             PolicyName::HalfBuffer.knobs(&[64], 4096).into_iter().map(|k| k.guess(4096)).collect();
         assert!(guesses.is_sorted());

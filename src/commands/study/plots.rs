@@ -3,7 +3,7 @@
 use super::plan::{Plan, PolicyName};
 use super::record::Metric;
 use super::results::Study;
-use crate::plot::{Anchor, BLACK, COLOURS, Canvas, Colour, FAINT, GREY, marker};
+use crate::plot::{Anchor, BLACK, COLOURS, Canvas, Colour, FAINT, GREY, WHITE, marker};
 use sparing_image::atomic::OutputError;
 
 /// Size of one plot, and where its axes are.
@@ -99,7 +99,7 @@ fn summary(study: &Study) -> Canvas {
         });
         let x = format!("render time / uniform's at {level} spp");
         let chart = Chart {
-            title: format!("{}, geometric mean of {} scenes", metric.title(), study.scenes.len()),
+            title: format!("{}, {}", metric.title(), study.mean_of()),
             axes: [&x, "error / uniform's"],
             series: series.collect(),
             cross: vec![[1.0, 1.0]],
@@ -143,7 +143,11 @@ impl Axis {
 }
 
 fn number(value: f64) -> String {
-    if value >= 0.9999 { format!("{value:.0}") } else { format!("{value:.*}", (-value.log10() - 1e-9).ceil() as usize) }
+    if value >= 0.9999 {
+        format!("{value:.0}")
+    } else {
+        format!("{value:.*}", (-value.log10() - 1e-9).ceil() as usize)
+    }
 }
 
 impl Chart<'_> {
@@ -159,7 +163,12 @@ impl Chart<'_> {
                 canvas.line(vec![[at, TOP], [at, BOTTOM]], 0.8, None, FAINT);
                 canvas.text([at, BOTTOM + 18.0], 12.0, Anchor::Middle, false, number(value));
             }
-            canvas.line(vec![[at, BOTTOM], [at, BOTTOM + if labelled { 5.0 } else { 3.0 }]], 0.9, None, BLACK);
+            canvas.line(
+                vec![[at, BOTTOM], [at, BOTTOM + if labelled { 5.0 } else { 3.0 }]],
+                0.9,
+                None,
+                BLACK,
+            );
         }
         for (value, labelled) in y.ticks() {
             let at = y.place(value);
@@ -200,6 +209,9 @@ impl Chart<'_> {
     /// In the upper right corner: curves go from the upper left to the lower right.
     fn legend(&self, canvas: &mut Canvas, right: f64) {
         let left = right - 112.0;
+        let bottom = TOP + 3.0 + 17.0 * self.series.len() as f64;
+        let corners = [[left - 5.0, TOP + 2.0], [right, TOP + 2.0], [right, bottom], [left - 5.0, bottom]];
+        canvas.area(corners.to_vec(), WHITE, WHITE);
         for (i, series) in self.series.iter().enumerate() {
             let at = TOP + 12.0 + 17.0 * i as f64;
             let (kind, colour) = look(series.policy);

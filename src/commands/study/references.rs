@@ -55,7 +55,9 @@ impl Reference {
         }
         let start = Instant::now();
         let bounds = Bounds { min_spp: spp.min(8), max_spp: spp };
-        let Some((film, _)) = stage.render(&mut Uniform, bounds, seed, interrupt, bar) else { return Ok(None) };
+        let Some((film, _)) = stage.render(&mut Uniform, bounds, seed, interrupt, bar) else {
+            return Ok(None);
+        };
         let seconds = start.elapsed().as_secs_f64();
         let picture = film_layers(&film, vec![(KEY.to_owned(), ExrAttribute::String(key))]);
         write_exr(&path, &picture)?;

@@ -124,6 +124,14 @@ impl Study {
             summary,
         }
     }
+
+    /// What the means are of.
+    pub(super) fn mean_of(&self) -> String {
+        match self.scenes.len() {
+            1 => "one scene".to_owned(),
+            n => format!("geometric mean of {n} scenes"),
+        }
+    }
 }
 
 fn result(plan: &Plan, runs: SceneRuns) -> SceneResult {
@@ -143,9 +151,8 @@ fn result(plan: &Plan, runs: SceneRuns) -> SceneResult {
                 Metric::ALL.into_iter().map(ratio).collect()
             };
             let samples = ratios(|r| r.average_spp, spp);
-            let bias = |f: fn(&Record) -> f64| {
-                interpolate(runs.of(policy).map(|r| (r.average_spp, f(r))), spp)
-            };
+            let bias =
+                |f: fn(&Record) -> f64| interpolate(runs.of(policy).map(|r| (r.average_spp, f(r))), spp);
             rows.push(Row {
                 level,
                 policy,

@@ -75,7 +75,8 @@ fn scene(
                         warm = true;
                     }
                     let begin = Instant::now();
-                    let Some((film, outcome)) = measure(stage, plan, policy, knob, interrupt, progress) else {
+                    let Some((film, outcome)) = measure(stage, plan, policy, knob, interrupt, progress)
+                    else {
                         return Ok(None);
                     };
                     let record = Record::new(policy, knob, &film, &outcome, &reference, key.clone())?;
@@ -166,7 +167,14 @@ impl Progress {
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar
         });
-        Self { bar, scenes_left: plan.scenes.len(), of_scene, left: of_scene, pixels: 1.0, measured: [0.0; 2] }
+        Self {
+            bar,
+            scenes_left: plan.scenes.len(),
+            of_scene,
+            left: of_scene,
+            pixels: 1.0,
+            measured: [0.0; 2],
+        }
     }
 
     fn begin(&mut self, stage: &Stage, plan: &Plan) {

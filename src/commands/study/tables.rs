@@ -51,9 +51,8 @@ pub(super) fn text(study: &Study) -> String {
     for (level, oracle) in study.levels.iter().zip(&study.oracle) {
         let _ = writeln!(
             out,
-            "Render time, and in brackets samples, at the error of uniform {level} spp, over uniform's; geometric means of {} \
-             scenes",
-            study.scenes.len()
+            "Render time, and in brackets samples, at the error of uniform {level} spp, over uniform's: {}",
+            study.mean_of()
         );
         heading(&mut out);
         for r in study.summary.iter().filter(|r| r.level == *level) {
@@ -147,7 +146,8 @@ pub(super) fn renders_csv(study: &Study) -> String {
 
 /// One row for each scene, level, policy and metric, and for the means (scene `all`).
 pub(super) fn summary_csv(study: &Study) -> String {
-    let mut out = "scene,level,policy,metric,time_ratio,time_state,spp_ratio,spp_state,unreached_scenes\n".to_owned();
+    let mut out =
+        "scene,level,policy,metric,time_ratio,time_state,spp_ratio,spp_state,unreached_scenes\n".to_owned();
     let number = |v: f64| if v.is_finite() { v.to_string() } else { String::new() };
     for SummaryRow { level, policy, time, spp, .. } in &study.summary {
         for (i, m) in Metric::ALL.into_iter().enumerate() {

@@ -170,7 +170,9 @@ mod tests {
         reversed.reverse();
         assert_eq!(curve, Curve::new(reversed));
         // Equal costs are one point.
-        assert!((Curve::new([(8.0, 1.0), (8.0, 4.0), (16.0, 0.5)]).error_at(8.0).unwrap() - 2.0).abs() < 1e-12);
+        assert!(
+            (Curve::new([(8.0, 1.0), (8.0, 4.0), (16.0, 0.5)]).error_at(8.0).unwrap() - 2.0).abs() < 1e-12
+        );
     }
 
     #[test]

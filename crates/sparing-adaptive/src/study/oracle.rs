@@ -14,7 +14,8 @@ pub fn oracle_ratio(variances: &[f64], level: f64, bounds: Bounds) -> Option<f64
     if !(least..=most).contains(&level) || least <= 0.0 {
         return None;
     }
-    let roots: Vec<f64> = variances.iter().filter(|v| **v >= 0.0 && v.is_finite()).map(|v| v.sqrt()).collect();
+    let roots: Vec<f64> =
+        variances.iter().filter(|v| **v >= 0.0 && v.is_finite()).map(|v| v.sqrt()).collect();
     let target = roots.iter().map(|r| r * r).sum::<f64>() / level;
     if !(target > 0.0 && target.is_finite()) {
         return None;
