@@ -37,7 +37,7 @@ fn everything_is_written_and_found_again() {
     let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
     assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
     let spp = |policy: &str| -> Vec<f64> {
-        rows.iter().filter(|r| r[3] == policy).map(|r| r[8].parse().unwrap()).collect()
+        rows.iter().filter(|r| r[3] == policy).map(|r| r[9].parse().unwrap()).collect()
     };
     assert_eq!(spp("uniform"), [8.0, 16.0]);
     assert!(spp("half-buffer").iter().all(|n| *n == 16.0), "{csv}");

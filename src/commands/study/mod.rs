@@ -27,7 +27,7 @@ use crate::session::console::{note, print};
 use crate::session::progress::clock;
 use anyhow::Context;
 use clap::Args;
-use plan::{Plan, PolicyName};
+use plan::{Clock, Plan, PolicyName};
 use sparing_image::atomic::check_writable;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -74,6 +74,9 @@ pub(super) struct StudyArguments {
     /// Threads, at most 1024; 0 is all.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
+    /// What time is.
+    #[arg(long, value_enum, default_value_t)]
+    clock: Clock,
     /// Take finished renders of the same settings and version from DIR instead of rendering them again.
     #[arg(long)]
     resume: bool,

@@ -3,6 +3,7 @@
 use super::StudyArguments;
 use crate::commands::Usage;
 use crate::commands::render::load;
+use crate::session::cpu::thread_seconds;
 use anyhow::Context;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,17 @@ pub(super) enum PolicyName {
     Shapes,
     /// Pixels that differ from the mean of half of their samples (Dammertz et al. 2010, as in Cycles).
     HalfBuffer,
+}
+
+/// What time is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Clock {
+    /// Time that passes. On an idle machine.
+    #[default]
+    Wall,
+    /// Processor time of all threads over their number, for machines that others use too. Idle threads are not seen.
+    Cpu,
 }
 
 /// What a policy is set to.
@@ -50,7 +62,7 @@ impl Knob {
             Self::Spp(n) => format!("spp-{n}"),
             Self::Average(n) => format!("average-{n}"),
             Self::MaxSpp(n) => format!("max-spp-{n}"),
-            Self::Threshold(t) => format!("threshold-{t:.6}"),
+            Self::Threshold(t) => format!("threshold-{t:.5}"),
             Self::Tolerance(t) => format!("tolerance-{t}"),
         }
     }
@@ -96,7 +108,7 @@ impl PolicyName {
             }
             Self::Shapes => doubling().map(Knob::MaxSpp).collect(),
             Self::HalfBuffer => {
-                (0..24).map(|k| 0.5 * 0.5_f64.powf(0.5 * f64::from(k))).map(Knob::Threshold).collect()
+                (0..30).map(|k| 4.0 * 0.5_f64.powf(0.5 * f64::from(k))).map(Knob::Threshold).collect()
             }
         }
     }
@@ -150,6 +162,7 @@ pub(super) struct Plan {
     pub(super) seed: u64,
     pub(super) threads: usize,
     pub(super) resume: bool,
+    pub(super) clock: Clock,
 }
 
 impl Plan {
@@ -169,6 +182,9 @@ impl Plan {
                 policies.push(policy);
             }
         }
+        if a.clock == Clock::Cpu && thread_seconds().is_none() {
+            return Err(Usage::error("this system does not tell processor times; use --clock wall"));
+        }
         let mut scenes: Vec<SceneFile> = Vec::new();
         for path in &a.scenes {
             load(path)?; // all mistakes now, not in an hour
@@ -187,6 +203,7 @@ impl Plan {
             seed: a.seed,
             threads: a.threads,
             resume: a.resume,
+            clock: a.clock,
         })
     }
 

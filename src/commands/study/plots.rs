@@ -46,17 +46,17 @@ pub(super) fn write(plan: &Plan, study: &Study) -> Result<Plots, OutputError> {
             let runs = &scene.runs;
             let series = study.policies.iter().map(|&policy| Series {
                 policy,
-                points: runs.of(policy).map(|r| [r.seconds, metric.of(r)]).collect(),
+                points: runs.of(policy).map(|r| [r.seconds(runs.clock), metric.of(r)]).collect(),
                 marked: true,
             });
-            let uniform = runs.curve(PolicyName::Uniform, metric, |r| r.seconds);
+            let uniform = runs.time_curve(PolicyName::Uniform, metric);
             let cross = study.levels.iter().filter_map(|n| {
                 let seconds = runs.uniform_seconds(f64::from(*n));
                 Some([seconds, uniform.error_at(seconds)?])
             });
             let chart = Chart {
                 title: format!("{}: {}", runs.name, metric.title()),
-                axes: ["render time (s)", metric.title()],
+                axes: [&format!("{} (s)", study.time_name()), metric.title()],
                 series: series.collect(),
                 cross: cross.collect(),
             };
@@ -88,8 +88,8 @@ fn summary(study: &Study) -> Canvas {
                 for scene in &study.scenes {
                     let runs = &scene.runs;
                     let seconds = runs.uniform_seconds(level);
-                    let base = runs.curve(PolicyName::Uniform, metric, |r| r.seconds).error_at(seconds)?;
-                    let error = runs.curve(policy, metric, |r| r.seconds).error_at(seconds * t)?;
+                    let base = runs.time_curve(PolicyName::Uniform, metric).error_at(seconds)?;
+                    let error = runs.time_curve(policy, metric).error_at(seconds * t)?;
                     sum += (error / base).ln();
                 }
                 Some([t, (sum / study.scenes.len() as f64).exp()])
@@ -97,7 +97,7 @@ fn summary(study: &Study) -> Canvas {
             let times = (-6 * STEPS..=8 * STEPS).map(|k| (f64::from(k) / f64::from(STEPS)).exp2());
             Series { policy, points: times.filter_map(at).collect(), marked: false }
         });
-        let x = format!("render time / uniform's at {level} spp");
+        let x = format!("{} / uniform's at {level} spp", study.time_name());
         let chart = Chart {
             title: format!("{}, {}", metric.title(), study.mean_of()),
             axes: [&x, "error / uniform's"],

@@ -1,16 +1,16 @@
 //! The measures of one render.
 
-use super::plan::{Knob, Plan, PolicyName};
+use super::plan::{Clock, Knob, Plan, PolicyName};
 use super::references::Reference;
 use super::stage::Stage;
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use sparing_adaptive::goal::predicted_error;
 use sparing_adaptive::layers::Outcome;
-use sparing_adaptive::view::View;
+use sparing_adaptive::view::{BLOCK_EXCESS, View};
 use sparing_image::exr::{film_layers, write_exr};
 use sparing_image::film::Film;
-use sparing_image::metrics::{Exposure, compare};
+use sparing_image::metrics::{Exposure, REL_MSE_EPSILON, compare};
 use std::path::PathBuf;
 
 /// The errors that policies are compared at.
@@ -66,8 +66,10 @@ pub(super) struct Record {
     pub(super) policy: PolicyName,
     #[serde(flatten)]
     pub(super) knob: Knob,
-    /// Sampling and deciding.
-    pub(super) seconds: f64,
+    /// Time that sampling and deciding took.
+    pub(super) wall_seconds: f64,
+    /// Processor time of it over the number of threads.
+    pub(super) cpu_seconds: Option<f64>,
     /// Share of the time that went into deciding.
     pub(super) decide_share: f64,
     pub(super) average_spp: f64,
@@ -82,6 +84,8 @@ pub(super) struct Record {
     pub(super) bias_dark: Option<f64>,
     /// The mean CIEDE2000 error that the film itself predicts, at the reference's exposure.
     pub(super) predicted_de: f64,
+    /// The relMSE that it predicts.
+    pub(super) predicted_rel_mse: f64,
     /// What it was rendered from and by.
     key: String,
 }
@@ -93,6 +97,7 @@ impl Record {
         knob: Knob,
         film: &Film,
         outcome: &Outcome,
+        cpu_seconds: Option<f64>,
         reference: &Reference,
         key: String,
     ) -> anyhow::Result<Self> {
@@ -102,11 +107,13 @@ impl Record {
         if c.compared == 0 {
             anyhow::bail!("no pixel of the reference is finite: there is nothing to compare with");
         }
+        let view = View::new(film, scale);
         let deciding: f64 = outcome.layers.iter().map(|l| l.decide_seconds).sum();
         Ok(Self {
             policy,
             knob,
-            seconds: outcome.seconds,
+            wall_seconds: outcome.seconds,
+            cpu_seconds,
             decide_share: deciding / outcome.seconds.max(1e-9),
             average_spp: film.samples() as f64 / (f64::from(w) * f64::from(h)),
             rel_mse: c.rel_mse,
@@ -116,9 +123,18 @@ impl Record {
             flip: c.flip.mean,
             bias: c.signed_bias,
             bias_dark: Some(c.signed_bias_dark).filter(|b| b.is_finite()),
-            predicted_de: predicted_error(&View::new(film, scale)),
+            predicted_de: predicted_error(&view),
+            predicted_rel_mse: predicted_rel_mse(&view),
             key,
         })
+    }
+
+    /// The time that counts.
+    pub(super) fn seconds(&self, clock: Clock) -> f64 {
+        match clock {
+            Clock::Wall => self.wall_seconds,
+            Clock::Cpu => self.cpu_seconds.unwrap_or(f64::NAN),
+        }
     }
 
     /// Whether it belongs to the policy's curve.
@@ -171,4 +187,15 @@ impl Record {
         crate::plot::write_text(&path.with_extension("json"), &json)?;
         Ok(())
     }
+}
+
+/// The mean of the squared standard errors, from block means, in relMSE's terms.
+fn predicted_rel_mse(view: &View) -> f64 {
+    let channel = |(m, e): (&f32, &f32)| {
+        let (m, e) = (f64::from(*m), f64::from(*e) / BLOCK_EXCESS);
+        e * e / (m * m + REL_MSE_EPSILON)
+    };
+    let sum: f64 =
+        view.pixels.iter().map(|p| p.mean.iter().zip(&p.error).map(channel).sum::<f64>() / 3.0).sum();
+    sum / view.pixels.len().max(1) as f64
 }

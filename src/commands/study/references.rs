@@ -1,7 +1,7 @@
 //! Converged pictures, from other random numbers than the renders, kept in the folder.
 
 use super::plan::Plan;
-use super::stage::Stage;
+use super::stage::{Rendered, Stage};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use sparing_adaptive::goal::Bounds;
@@ -55,7 +55,7 @@ impl Reference {
         }
         let start = Instant::now();
         let bounds = Bounds { min_spp: spp.min(8), max_spp: spp };
-        let Some((film, _)) = stage.render(&mut Uniform, bounds, seed, interrupt, bar) else {
+        let Some(Rendered { film, .. }) = stage.render(&mut Uniform, bounds, seed, interrupt, bar) else {
             return Ok(None);
         };
         let seconds = start.elapsed().as_secs_f64();

@@ -1,6 +1,6 @@
 //! What the renders say: costs at equal error, their means over scenes, biases, what an oracle would save.
 
-use super::plan::{MIN_SPP, Plan, PolicyName};
+use super::plan::{Clock, MIN_SPP, Plan, PolicyName};
 use super::record::{Metric, Record};
 use super::references::Reference;
 use serde::Serialize;
@@ -11,6 +11,8 @@ use sparing_adaptive::study::{Curve, Mean, Ratio, interpolate, oracle_ratio};
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SceneRuns {
     pub(super) name: String,
+    #[serde(skip)]
+    pub(super) clock: Clock,
     pub(super) size: [u32; 2],
     pub(super) reference: Reference,
     #[serde(rename = "renders")]
@@ -23,14 +25,20 @@ impl SceneRuns {
         self.records.iter().filter(move |r| r.policy == policy && r.on_curve())
     }
 
-    /// A policy's error over what it costs.
-    pub(super) fn curve(&self, policy: PolicyName, metric: Metric, cost: fn(&Record) -> f64) -> Curve {
-        Curve::new(self.of(policy).map(|r| (cost(r), metric.of(r))))
+    /// A policy's error over its render time.
+    pub(super) fn time_curve(&self, policy: PolicyName, metric: Metric) -> Curve {
+        Curve::new(self.of(policy).map(|r| (r.seconds(self.clock), metric.of(r))))
+    }
+
+    /// A policy's error over its samples per pixel.
+    pub(super) fn spp_curve(&self, policy: PolicyName, metric: Metric) -> Curve {
+        Curve::new(self.of(policy).map(|r| (r.average_spp, metric.of(r))))
     }
 
     /// What uniform sampling costs at so many samples per pixel.
     pub(super) fn uniform_seconds(&self, spp: f64) -> f64 {
-        interpolate(self.of(PolicyName::Uniform).map(|r| (r.average_spp, r.seconds)), spp).unwrap_or(f64::NAN)
+        interpolate(self.of(PolicyName::Uniform).map(|r| (r.average_spp, r.seconds(self.clock))), spp)
+            .unwrap_or(f64::NAN)
     }
 
     /// The render of a policy's curve that is nearest to an average of samples per pixel.
@@ -88,6 +96,7 @@ pub(super) struct Study {
     pub(super) reference_spp: u32,
     pub(super) seed: u64,
     pub(super) threads: usize,
+    pub(super) clock: Clock,
     pub(super) scenes: Vec<SceneResult>,
     /// Geometric mean of the oracle's ratio over scenes, for each level.
     pub(super) oracle: Vec<Option<f64>>,
@@ -119,9 +128,18 @@ impl Study {
             reference_spp: plan.reference_spp,
             seed: plan.seed,
             threads,
+            clock: plan.clock,
             scenes,
             oracle,
             summary,
+        }
+    }
+
+    /// What is compared, in words.
+    pub(super) fn time_name(&self) -> &'static str {
+        match self.clock {
+            Clock::Wall => "render time",
+            Clock::Cpu => "processor time",
         }
     }
 
@@ -143,21 +161,24 @@ fn result(plan: &Plan, runs: SceneRuns) -> SceneResult {
         let oracle = oracle_ratio(&runs.reference.variances, spp, bounds);
         oracles.push(oracle);
         for &policy in &plan.policies {
-            let ratios = |cost: fn(&Record) -> f64, at: f64| -> Vec<Option<Ratio>> {
-                let ratio = |m: Metric| {
-                    let base = runs.curve(PolicyName::Uniform, m, cost);
-                    Ratio::at_cost(&runs.curve(policy, m, cost), &base, at)
+            let ratios =
+                |curve: fn(&SceneRuns, PolicyName, Metric) -> Curve, at: f64| -> Vec<Option<Ratio>> {
+                    let uniform = PolicyName::Uniform;
+                    let ratio =
+                        |m: Metric| Ratio::at_cost(&curve(&runs, policy, m), &curve(&runs, uniform, m), at);
+                    Metric::ALL.into_iter().map(ratio).collect()
                 };
-                Metric::ALL.into_iter().map(ratio).collect()
-            };
-            let samples = ratios(|r| r.average_spp, spp);
+            let samples = ratios(SceneRuns::spp_curve, spp);
             let bias =
                 |f: fn(&Record) -> f64| interpolate(runs.of(policy).map(|r| (r.average_spp, f(r))), spp);
             rows.push(Row {
                 level,
                 policy,
-                time: ratios(|r| r.seconds, runs.uniform_seconds(spp)),
-                oracle_share: samples[0].and_then(|r| share(r.value(), oracle)),
+                time: ratios(SceneRuns::time_curve, runs.uniform_seconds(spp)),
+                oracle_share: match samples[0] {
+                    Some(Ratio::Exactly(r)) => share(r, oracle),
+                    _ => None,
+                },
                 spp: samples,
                 bias: [bias(|r| r.bias), bias(|r| r.bias_dark.unwrap_or(f64::NAN))],
             });
@@ -191,7 +212,7 @@ fn summarise(level: u32, policy: PolicyName, scenes: &[SceneResult], oracle: Opt
         level,
         policy,
         time: means(|r| &r.time),
-        oracle_share: share(spp[0].value, oracle),
+        oracle_share: if spp[0].unreached + spp[0].at_most == 0 { share(spp[0].value, oracle) } else { None },
         spp,
         worst_bias: [worst(0), worst(1)],
     }

@@ -1,17 +1,15 @@
 //! All renders, one scene after the other, with progress.
 
-use super::plan::{Knob, Plan, PolicyName};
+use super::plan::{Clock, Knob, Plan, PolicyName};
 use super::record::{Metric, Record};
 use super::references::Reference;
 use super::results::SceneRuns;
-use super::stage::Stage;
+use super::stage::{Rendered, Stage};
 use crate::session::console::note;
 use crate::session::progress::clock;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use sparing_adaptive::layers::Outcome;
 use sparing_adaptive::study::Curve;
-use sparing_image::film::Film;
 use std::io::IsTerminal;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -75,11 +73,12 @@ fn scene(
                         warm = true;
                     }
                     let begin = Instant::now();
-                    let Some((film, outcome)) = measure(stage, plan, policy, knob, interrupt, progress)
-                    else {
+                    let Some(r) = measure(stage, plan, policy, knob, interrupt, progress) else {
                         return Ok(None);
                     };
-                    let record = Record::new(policy, knob, &film, &outcome, &reference, key.clone())?;
+                    let Rendered { film, outcome, cpu_seconds } = r;
+                    let record =
+                        Record::new(policy, knob, &film, &outcome, cpu_seconds, &reference, key.clone())?;
                     record.keep(plan, &stage.name, &film)?;
                     progress.done(knob.guess(plan.max_spp), Some(begin.elapsed().as_secs_f64()));
                     (record, true)
@@ -96,13 +95,13 @@ fn scene(
                 i + 1,
                 knobs.len(),
                 record.average_spp,
-                clock(record.seconds),
+                clock(record.wall_seconds),
                 if fresh { "" } else { ", found" },
             ));
             records.push(record);
         }
     }
-    Ok(Some(SceneRuns { name: stage.name.clone(), size: stage.size, reference, records }))
+    Ok(Some(SceneRuns { name: stage.name.clone(), clock: plan.clock, size: stage.size, reference, records }))
 }
 
 /// One render; a short one three times, for the median of its times. `None` if interrupted.
@@ -113,17 +112,21 @@ fn measure(
     knob: Knob,
     interrupt: &AtomicBool,
     progress: &Progress,
-) -> Option<(Film, Outcome)> {
+) -> Option<Rendered> {
     let once = || {
         let (mut policy, bounds) = policy.policy(knob, plan.max_spp);
         stage.render(&mut *policy, bounds, plan.seed, interrupt, progress.bar.as_ref())
     };
     let first = once()?;
-    if first.1.seconds >= SHORT_SECONDS {
+    if first.outcome.seconds >= SHORT_SECONDS {
         return Some(first);
     }
     let mut runs = [first, once()?, once()?];
-    runs.sort_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+    let seconds = |r: &Rendered| match plan.clock {
+        Clock::Wall => r.outcome.seconds,
+        Clock::Cpu => r.cpu_seconds.unwrap_or(f64::NAN),
+    };
+    runs.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     let [_, median, _] = runs;
     Some(median)
 }

@@ -2,6 +2,7 @@
 
 use super::plan::{Plan, SceneFile};
 use crate::commands::options::check_size;
+use crate::session::cpu::thread_seconds;
 use crate::session::memory;
 use indicatif::ProgressBar;
 use sparing_adaptive::goal::Bounds;
@@ -19,6 +20,14 @@ pub(super) struct Stage {
     pub(super) fingerprint: u64,
     scene: Scene,
     max_depth: u32,
+}
+
+/// One finished render.
+pub(super) struct Rendered {
+    pub(super) film: Film,
+    pub(super) outcome: Outcome,
+    /// Processor time over the number of threads, where the system tells.
+    pub(super) cpu_seconds: Option<f64>,
 }
 
 /// Films and pictures of one render at a time, bytes a pixel besides the film.
@@ -57,7 +66,7 @@ impl Stage {
         seed: u64,
         interrupt: &AtomicBool,
         bar: Option<&ProgressBar>,
-    ) -> Option<(Film, Outcome)> {
+    ) -> Option<Rendered> {
         let options = policy.film_options();
         let settings = RenderSettings {
             sampler: SamplerKind::Sobol,
@@ -68,8 +77,11 @@ impl Stage {
         let mut film = Film::new(self.size, [0, 0, self.size[0], self.size[1]], options);
         let renderer = Renderer::new(&self.scene, settings, options);
         let limits = Limits { bounds, time: None, exposure: None };
+        let before = thread_seconds();
         let outcome = render(&renderer, &mut film, policy, &limits, interrupt, &mut Watch(bar));
-        (outcome.stopped_by != StoppedBy::Interrupt).then_some((film, outcome))
+        let spent = thread_seconds().zip(before).map(|(after, before)| (after - before).max(0.0));
+        let cpu_seconds = spent.map(|s| s / rayon::current_num_threads() as f64);
+        (outcome.stopped_by != StoppedBy::Interrupt).then_some(Rendered { film, outcome, cpu_seconds })
     }
 }
 

@@ -51,7 +51,8 @@ pub(super) fn text(study: &Study) -> String {
     for (level, oracle) in study.levels.iter().zip(&study.oracle) {
         let _ = writeln!(
             out,
-            "Render time, and in brackets samples, at the error of uniform {level} spp, over uniform's: {}",
+            "Ratios of {}, and in brackets of samples, at the error of uniform {level} spp, to uniform's: {}",
+            study.time_name(),
             study.mean_of()
         );
         heading(&mut out);
@@ -114,21 +115,22 @@ fn line(
 
 /// One row a render.
 pub(super) fn renders_csv(study: &Study) -> String {
-    let mut out = "scene,width,height,policy,knob,on_curve,seconds,decide_share,average_spp,rel_mse,mean_ciede2000,p95_ciede2000,\
-                   p99_ciede2000,mean_flip,bias,bias_dark,predicted_mean_ciede2000\n"
+    let mut out = "scene,width,height,policy,knob,on_curve,wall_seconds,cpu_seconds,decide_share,average_spp,rel_mse,mean_ciede2000,p95_ciede2000,\
+                   p99_ciede2000,mean_flip,bias,bias_dark,predicted_mean_ciede2000,predicted_rel_mse\n"
         .to_owned();
     for s in &study.scenes {
         let [w, h] = s.runs.size;
         for r in &s.runs.records {
+            let cpu = r.cpu_seconds.map_or(String::new(), |t| t.to_string());
             let dark = r.bias_dark.map_or(String::new(), |b| b.to_string());
             let _ = writeln!(
                 out,
-                "{},{w},{h},{},{},{},{},{},{},{},{},{},{},{},{},{dark},{}",
+                "{},{w},{h},{},{},{},{},{cpu},{},{},{},{},{},{},{},{},{dark},{},{}",
                 s.runs.name,
                 r.policy.name(),
                 r.knob.label(),
                 r.on_curve(),
-                r.seconds,
+                r.wall_seconds,
                 r.decide_share,
                 r.average_spp,
                 r.rel_mse,
@@ -137,7 +139,8 @@ pub(super) fn renders_csv(study: &Study) -> String {
                 r.p99_de,
                 r.flip,
                 r.bias,
-                r.predicted_de
+                r.predicted_de,
+                r.predicted_rel_mse
             );
         }
     }

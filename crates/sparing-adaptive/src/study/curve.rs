@@ -9,6 +9,8 @@
 pub struct Curve {
     /// Logarithms of cost and error: costs rise and errors fall strictly.
     points: Vec<[f64; 2]>,
+    /// Cost of the dearest render.
+    dearest: f64,
 }
 
 /// What an error costs.
@@ -40,6 +42,7 @@ impl Curve {
             .map(|(c, e)| [c.ln(), e.ln()])
             .collect();
         logs.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+        let dearest = logs.last().map_or(0.0, |p| p[0].exp());
         let mut groups: Vec<Group> = Vec::new();
         for [cost, error] in logs {
             let mut group = Group { cost, error, n: 1.0 };
@@ -58,7 +61,7 @@ impl Curve {
             }
             groups.push(group);
         }
-        Self { points: groups.iter().map(|g| [g.cost / g.n, g.error / g.n]).collect() }
+        Self { points: groups.iter().map(|g| [g.cost / g.n, g.error / g.n]).collect(), dearest }
     }
 
     /// The error at a cost; `None` outside of what was measured.
@@ -77,7 +80,7 @@ impl Curve {
         } else if target > first[1] {
             Some(Cost::AtMost(first[0].exp()))
         } else if target < last[1] {
-            Some(Cost::MoreThan(last[0].exp()))
+            Some(Cost::MoreThan(self.dearest))
         } else {
             // Errors fall strictly: with the axes swapped, and in rising order, the same interpolation.
             let swapped: Vec<[f64; 2]> = self.points.iter().rev().map(|p| [p[1], p[0]]).collect();
@@ -169,6 +172,8 @@ mod tests {
         let mut reversed = wobble;
         reversed.reverse();
         assert_eq!(curve, Curve::new(reversed));
+        let flat = Curve::new([(8.0, 1.0), (64.0, 1.1), (512.0, 1.2)]).cost_at(0.5);
+        assert!(matches!(flat, Some(Cost::MoreThan(c)) if (c - 512.0).abs() < 1e-9), "the dearest: {flat:?}");
         // Equal costs are one point.
         assert!(
             (Curve::new([(8.0, 1.0), (8.0, 4.0), (16.0, 0.5)]).error_at(8.0).unwrap() - 2.0).abs() < 1e-12
