@@ -46,7 +46,7 @@ pub(super) fn page(study: &Study, plots: &Plots, pictures: &[Pictures]) -> Strin
     for ((scene, plots), pictures) in study.scenes.iter().zip(&plots.scenes).zip(pictures) {
         scene_part(&mut out, study, scene, plots, pictures);
     }
-    let _ = write!(out, "{NOTES}</main></body></html>\n");
+    let _ = writeln!(out, "{NOTES}</main></body></html>");
     out
 }
 

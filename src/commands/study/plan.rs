@@ -67,8 +67,8 @@ impl Knob {
         }
     }
 
-    /// A guess of the samples per pixel, for the time left.
-    pub(super) fn guess(self, max_spp: u32) -> f64 {
+    /// A guess of the samples per pixel.
+    fn guess(self, max_spp: u32) -> f64 {
         let most = f64::from(max_spp);
         match self {
             Self::Spp(n) | Self::Average(n) => f64::from(n),
@@ -212,6 +212,14 @@ impl Plan {
         let mut knobs = policy.knobs(&self.levels, self.max_spp);
         knobs.extend(policy.tolerances().iter().map(|t| Knob::Tolerance(*t)));
         knobs
+    }
+
+    /// A guess of the samples per pixel of a render, for the time left: nothing for those that an early end of the sweep
+    /// will probably leave out.
+    pub(super) fn guess(&self, policy: PolicyName, knob: Knob) -> f64 {
+        let spp = knob.guess(self.max_spp);
+        let top = self.levels.last().map_or(0.0, |n| f64::from(*n));
+        if policy.ends_early() && spp > 3.0 * top { 0.0 } else { spp }
     }
 }
 

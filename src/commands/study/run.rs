@@ -59,7 +59,7 @@ fn scene(
         for (i, &knob) in knobs.iter().enumerate() {
             let of_curve = !matches!(knob, Knob::Tolerance(_));
             if of_curve && policy.ends_early() && enough(&records, policy, plan) {
-                progress.done(knob.guess(plan.max_spp), None);
+                progress.done(plan.guess(policy, knob), None);
                 continue;
             }
             let found = plan.resume.then(|| Record::find(plan, &stage.name, policy, knob, &key)).flatten();
@@ -80,12 +80,12 @@ fn scene(
                     let record =
                         Record::new(policy, knob, &film, &outcome, cpu_seconds, &reference, key.clone())?;
                     record.keep(plan, &stage.name, &film)?;
-                    progress.done(knob.guess(plan.max_spp), Some(begin.elapsed().as_secs_f64()));
+                    progress.done(plan.guess(policy, knob), Some(begin.elapsed().as_secs_f64()));
                     (record, true)
                 }
             };
             if !fresh {
-                progress.done(knob.guess(plan.max_spp), None);
+                progress.done(plan.guess(policy, knob), None);
             }
             progress.line(format_args!(
                 "{}: {} {} ({} of at most {}): {:.1} spp, {}{}",
@@ -162,7 +162,7 @@ struct Progress {
 
 impl Progress {
     fn new(plan: &Plan) -> Self {
-        let guesses = |p: &PolicyName| -> f64 { plan.knobs(*p).iter().map(|k| k.guess(plan.max_spp)).sum() };
+        let guesses = |p: &PolicyName| -> f64 { plan.knobs(*p).iter().map(|k| plan.guess(*p, *k)).sum() };
         let of_scene = f64::from(plan.reference_spp) + plan.policies.iter().map(guesses).sum::<f64>();
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new((1000 * plan.scenes.len()) as u64);
