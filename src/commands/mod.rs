@@ -4,6 +4,7 @@ mod compare;
 mod info;
 mod options;
 mod render;
+mod study;
 mod tradeoff;
 
 pub use render::RenderArguments;
@@ -33,6 +34,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Say what is in a scene or a picture, and what rendering will skip.
     Info(info::InfoArguments),
+    /// Compare sampling policies at equal error: time, samples, bias; tables, plots and one HTML page.
+    Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
     Tradeoff(tradeoff::TradeoffArguments),
     /// Write shell completions to standard output.
@@ -77,6 +80,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -9,4 +9,5 @@ mod common;
 mod interrupt;
 mod output;
 mod references;
+mod study;
 mod tradeoff;

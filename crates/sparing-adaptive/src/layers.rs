@@ -201,9 +201,10 @@ fn sample(
         targets[(y - y0) as usize * width + (x - x0) as usize]
     };
     let rays = std::thread::scope(|scope| {
-        scope.spawn(|| watch(&wave, &finished, interrupt, deadline, &report));
+        let watcher = scope.spawn(|| watch(&wave, &finished, interrupt, deadline, &report));
         let rays = renderer.run(film, &wave, target);
         finished.store(true, Ordering::Relaxed);
+        watcher.thread().unpark(); // the layer does not wait for the end of a pause
         rays
     });
     (rays, wave.samples.load(Ordering::Relaxed))
@@ -223,7 +224,7 @@ fn watch(
         if let Some(d) = deadline {
             pause = pause.min(d.saturating_duration_since(Instant::now()));
         }
-        std::thread::sleep(pause);
+        std::thread::park_timeout(pause);
         if interrupt.load(Ordering::Relaxed) || deadline.is_some_and(|d| Instant::now() >= d) {
             wave.stop.store(true, Ordering::Relaxed);
             return;

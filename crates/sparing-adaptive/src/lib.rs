@@ -11,9 +11,11 @@
 //! | [`goal`] | tolerance, average or fixed threshold; what threshold reaches it |
 //! | [`policy`] | one file a policy |
 //! | [`layers`] | the loop |
+//! | [`study`] | how policies compare at equal error |
 
 pub mod goal;
 pub mod layers;
 pub mod policy;
 pub mod pooling;
+pub mod study;
 pub mod view;

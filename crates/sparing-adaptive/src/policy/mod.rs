@@ -1,9 +1,11 @@
 //! Policies: who gets more samples. One file each.
 
+mod half_buffer;
 mod shapes;
 mod threshold;
 mod uniform;
 
+pub use half_buffer::HalfBuffer;
 pub use shapes::Shapes;
 pub use threshold::{Pooling, Threshold};
 pub use uniform::Uniform;
