@@ -62,18 +62,17 @@ fn powers_f32(set: InstructionSet, method: ExpMethod, inputs: &[f32]) -> Vec<f32
 }
 
 fn powers_f64(set: InstructionSet, inputs: &[f64]) -> Vec<f64> {
+    fn of<S: Simd<Real = f64>>(simd: S, inputs: &[f64]) -> Vec<f64> {
+        powers::<S, TableExp<S, 5>>(simd, inputs)
+    }
     match set {
         // SAFETY: callers ask available() first.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => {
-            powers::<_, TableExp<avx512::Avx512F64, 5>>(unsafe { avx512::Avx512F64::new() }, inputs)
-        }
+        InstructionSet::Avx512 => of(unsafe { avx512::Avx512F64::new() }, inputs),
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => {
-            powers::<_, TableExp<avx2::Avx2F64, 5>>(unsafe { avx2::Avx2F64::new() }, inputs)
-        }
-        _ => powers::<_, TableExp<portable::PortableF64, 5>>(portable::PortableF64, inputs),
+        InstructionSet::Avx2 => of(unsafe { avx2::Avx2F64::new() }, inputs),
+        _ => of(portable::PortableF64, inputs),
     }
 }
 
