@@ -10,6 +10,7 @@ pub use sparing_scene as scene;
 pub use sparing_svm as svm;
 
 pub mod commands;
+mod plot;
 pub mod session;
 
 /// Version and commit.

@@ -4,6 +4,7 @@ mod compare;
 mod info;
 mod options;
 mod render;
+mod study;
 mod tradeoff;
 mod train;
 
@@ -34,6 +35,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Say what is in a scene or a picture, and what rendering will skip.
     Info(info::InfoArguments),
+    /// Compare sampling policies at equal error: time, samples, bias; tables, plots and one HTML page.
+    Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
     Tradeoff(tradeoff::TradeoffArguments),
     /// Train the machine of the policy svm on scenes made for it.
@@ -80,6 +83,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Completions { shell } => {

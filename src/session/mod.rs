@@ -1,6 +1,7 @@
 //! What a render on the command line needs around it: progress, viewers, statistics, memory.
 
 pub mod console;
+pub mod cpu;
 pub mod memory;
 pub mod progress;
 pub mod stats;

@@ -3,11 +3,13 @@
 //! The tests of the command run the binary in a folder of its own, with a time limit, and check on every run
 //! that nothing panicked ([`common::run`]).
 
+mod adaptive;
 mod bad_input;
 mod cli;
 mod common;
 mod interrupt;
 mod output;
 mod references;
+mod study;
 mod tradeoff;
 mod train;

@@ -147,7 +147,7 @@ fn statistics_are_complete_and_add_up() {
     let layers = s["layers"].as_array().expect("layers");
     let spp: Vec<_> = layers.iter().map(|l| number(&l["spp"])).collect();
     assert_eq!(spp, [8.0, 16.0, 20.0]);
-    assert!(layers.iter().all(|l| l["active_pixels"] == 1200 && l["decide_seconds"] == 0.0));
+    assert!(layers.iter().all(|l| l["active_pixels"] == 1200 && number(&l["decide_seconds"]) < 1.0));
     let sampling: f64 = layers.iter().map(|l| number(&l["sample_seconds"])).sum();
     assert!(sampling > 0.0 && sampling <= number(&s["render_seconds"]));
 

@@ -99,8 +99,8 @@ impl Observe for Unwatched {
     fn barrier(&mut self, _film: &Film, _progress: &Progress) {}
 }
 
-/// Renders until the policy is content, a limit is reached or `interrupt` is set. The film may hold samples already:
-/// the render goes on from them.
+/// Renders until the policy is content, a limit is reached or `interrupt` is set. The film may come from an earlier
+/// render that was interrupted at a barrier: with the same policy, limits and exposure the result is the same bit for bit.
 pub fn render(
     renderer: &Renderer<'_>,
     film: &mut Film,
@@ -126,6 +126,10 @@ pub fn render(
     let mut done = film.samples();
     let first = policy.first_target(bounds);
     let mut decisions = Decisions { targets: vec![first; pixels as usize], values: Vec::new() };
+    if done > 0 && pending(film, &decisions.targets).is_none() {
+        // The film comes from an earlier render: it stands at a barrier.
+        decisions = decide(policy, film, bounds, &mut outcome);
+    }
     loop {
         let Some((spp, active_pixels)) = pending(film, &decisions.targets) else {
             let all = decisions.targets.iter().all(|&t| t >= bounds.max_spp);
@@ -150,12 +154,7 @@ pub fn render(
         };
         let decide_start = Instant::now();
         if stopped.is_none() {
-            if policy.uses_exposure() && outcome.exposure.is_none() {
-                outcome.exposure = Some(View::auto_exposure(film));
-            }
-            let barrier = Barrier::new(film, bounds, outcome.exposure.unwrap_or(1.0));
-            decisions = policy.decide(&barrier);
-            outcome.decisions.clone_from(&decisions.values);
+            decisions = decide(policy, film, bounds, &mut outcome);
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
@@ -169,6 +168,16 @@ pub fn render(
         outcome.predicted_error = Some(predicted_error(&View::new(film, exposure)));
     }
     outcome
+}
+
+/// Asks the policy; notes the exposure and the decision values.
+fn decide(policy: &mut dyn Policy, film: &Film, bounds: Bounds, outcome: &mut Outcome) -> Decisions {
+    if policy.uses_exposure() && outcome.exposure.is_none() {
+        outcome.exposure = Some(View::auto_exposure(film));
+    }
+    let decisions = policy.decide(&Barrier::new(film, bounds, outcome.exposure.unwrap_or(1.0)));
+    outcome.decisions.clone_from(&decisions.values);
+    decisions
 }
 
 /// The most samples that a pixel is to get, and the number of pixels that get any; `None` if no pixel does.
@@ -201,9 +210,10 @@ fn sample(
         targets[(y - y0) as usize * width + (x - x0) as usize]
     };
     let rays = std::thread::scope(|scope| {
-        scope.spawn(|| watch(&wave, &finished, interrupt, deadline, &report));
+        let watcher = scope.spawn(|| watch(&wave, &finished, interrupt, deadline, &report));
         let rays = renderer.run(film, &wave, target);
         finished.store(true, Ordering::Relaxed);
+        watcher.thread().unpark(); // the layer does not wait for the end of a pause
         rays
     });
     (rays, wave.samples.load(Ordering::Relaxed))
@@ -223,7 +233,7 @@ fn watch(
         if let Some(d) = deadline {
             pause = pause.min(d.saturating_duration_since(Instant::now()));
         }
-        std::thread::sleep(pause);
+        std::thread::park_timeout(pause);
         if interrupt.load(Ordering::Relaxed) || deadline.is_some_and(|d| Instant::now() >= d) {
             wave.stop.store(true, Ordering::Relaxed);
             return;

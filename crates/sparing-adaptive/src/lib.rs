@@ -14,6 +14,7 @@
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
 //! | [`training`] | rows from rendered scenes, labels, fits |
+//! | [`study`] | how policies compare at equal error |
 
 pub mod features;
 pub mod goal;
@@ -21,5 +22,6 @@ pub mod layers;
 pub mod machine;
 pub mod policy;
 pub mod pooling;
+pub mod study;
 pub mod training;
 pub mod view;

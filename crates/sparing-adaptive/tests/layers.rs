@@ -2,20 +2,22 @@
 
 use glam::Vec3;
 use sparing_adaptive::goal::{Bounds, Goal};
-use sparing_adaptive::layers::{Limits, Outcome, StoppedBy, Unwatched, render};
+use sparing_adaptive::layers::{Limits, Observe, Outcome, Progress, StoppedBy, Unwatched, render};
 use sparing_adaptive::policy::{Barrier, Policy, Pooling, Shapes, Threshold, Uniform};
 use sparing_adaptive::view::{Statistics, View};
 use sparing_image::film::{Film, FilmOptions, Pixel};
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 256 };
 
-fn scene(name: &str) -> Scene {
+/// A scene whose camera is set for square pictures of this side.
+fn scene(name: &str, side: u32) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
-    let description = sparing_scene::load(&path).expect("the scene loads");
+    let mut description = sparing_scene::load(&path).expect("the scene loads");
+    (description.film.width, description.film.height) = (side, side);
     Scene::build(description, BuildOptions { threads: 1, robust: true }).expect("the scene builds")
 }
 
@@ -44,7 +46,7 @@ fn counts(film: &Film) -> Vec<u32> {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let scene = scene("tests/small-light.pbrt");
+    let scene = scene("tests/small-light.pbrt", 48);
     let render_with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let mut policy = Threshold::new(Goal::Average(32.0));
@@ -60,7 +62,7 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn an_average_is_reached_and_bounds_hold() {
-    let scene = scene("tests/small-light.pbrt");
+    let scene = scene("tests/small-light.pbrt", 64);
     for average in [12.0, 40.0, 100.0] {
         let (film, _) = run(&scene, 64, None, &mut Threshold::new(Goal::Average(average)), &limits(BOUNDS));
         let found = film.samples() as f64 / 4096.0;
@@ -71,7 +73,7 @@ fn an_average_is_reached_and_bounds_hold() {
 
 #[test]
 fn a_smaller_tolerance_takes_more_samples_and_promises_less_error() {
-    let scene = scene("cornell-box.pbrt");
+    let scene = scene("cornell-box.pbrt", 64);
     let mut last = (0, f64::INFINITY);
     for tolerance in [3.0, 2.0, 1.4] {
         let (film, outcome) =
@@ -85,18 +87,20 @@ fn a_smaller_tolerance_takes_more_samples_and_promises_less_error() {
 
 #[test]
 fn extreme_goals_do_the_obvious() {
-    let scene = scene("cornell-box.pbrt");
+    let scene = scene("cornell-box.pbrt", 16);
     let spp = |goal| counts(&run(&scene, 16, None, &mut Threshold::new(goal), &limits(BOUNDS)).0);
     assert!(spp(Goal::Tolerance(f64::INFINITY)).iter().all(|n| *n == 8));
     assert!(spp(Goal::Threshold(f64::INFINITY)).iter().all(|n| *n == 8));
     // Everything that shows any spread goes to the end: all but the border and the lamp.
-    assert!(spp(Goal::Tolerance(1e-300)).iter().filter(|n| **n == 256).count() > 150);
-    assert!(spp(Goal::Threshold(0.0)).iter().filter(|n| **n == 256).count() > 150);
+    for goal in [Goal::Tolerance(1e-300), Goal::Threshold(0.0)] {
+        let most = spp(goal).iter().filter(|n| **n == 256).count();
+        assert!(most > 150, "{most} with {goal:?}");
+    }
 }
 
 #[test]
 fn uniform_is_what_it_was() {
-    let scene = scene("tests/small-light.pbrt");
+    let scene = scene("tests/small-light.pbrt", 24);
     let bounds = Bounds { min_spp: 8, max_spp: 100 };
     let (film, outcome) = run(&scene, 24, None, &mut Uniform, &limits(bounds));
     assert!(counts(&film).iter().all(|n| *n == 100));
@@ -106,7 +110,7 @@ fn uniform_is_what_it_was() {
 
 #[test]
 fn pixels_of_several_shapes_get_the_most() {
-    let scene = scene("cornell-box.pbrt");
+    let scene = scene("cornell-box.pbrt", 48);
     let (film, _) = run(&scene, 48, None, &mut Shapes, &limits(Bounds { min_spp: 8, max_spp: 32 }));
     for (count, shapes) in film.map(|t, i| (t.pixels[i].count(), t.shapes[i].len())) {
         assert_eq!(count, if shapes > 1 { 32 } else { 8 });
@@ -117,7 +121,7 @@ fn pixels_of_several_shapes_get_the_most() {
 /// With threshold and exposure given, decisions are local: a crop with a margin of one pixel a barrier is the same inside.
 #[test]
 fn a_crop_with_a_halo_is_the_full_picture_inside() {
-    let scene = scene("tests/small-light.pbrt");
+    let scene = scene("tests/small-light.pbrt", 48);
     let fixed = Limits { bounds: Bounds { min_spp: 8, max_spp: 64 }, time: None, exposure: Some(1.0) };
     let policy = || Threshold::new(Goal::Threshold(0.1));
     let (full, _) = run(&scene, 48, None, &mut policy(), &fixed);
@@ -133,7 +137,7 @@ fn a_crop_with_a_halo_is_the_full_picture_inside() {
 
 #[test]
 fn a_time_limit_and_an_interrupt_end_the_render() {
-    let scene = scene("cornell-box.pbrt");
+    let scene = scene("cornell-box.pbrt", 64);
     let many = Bounds { min_spp: 8, max_spp: 65_536 };
     let short = Limits { time: Some(Duration::from_millis(150)), ..limits(many) };
     let (_, outcome) = run(&scene, 64, None, &mut Threshold::new(Goal::Tolerance(1e-9)), &short);
@@ -147,22 +151,41 @@ fn a_time_limit_and_an_interrupt_end_the_render() {
     assert_eq!(outcome.stopped_by, StoppedBy::Interrupt);
 }
 
+/// Interrupts at the barrier after so many layers.
+struct StopAfter<'a> {
+    layers: u32,
+    interrupt: &'a AtomicBool,
+}
+
+impl Observe for StopAfter<'_> {
+    fn tick(&self, _progress: &Progress) {}
+
+    fn barrier(&mut self, _film: &Film, _progress: &Progress) {
+        self.layers -= 1;
+        if self.layers == 0 {
+            self.interrupt.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 #[test]
 fn a_render_goes_on_from_a_film_as_if_it_had_not_stopped() {
-    let scene = scene("tests/small-light.pbrt");
+    let scene = scene("tests/small-light.pbrt", 32);
     let options = FilmOptions::default();
     let renderer = Renderer::new(&scene, RenderSettings::default(), options);
-    let fixed = |max_spp| Limits { bounds: Bounds { min_spp: 8, max_spp }, time: None, exposure: Some(1.0) };
-    let go = |film: &mut Film, max_spp| {
-        let mut policy = Threshold::new(Goal::Threshold(0.05));
-        render(&renderer, film, &mut policy, &fixed(max_spp), &AtomicBool::new(false), &mut Unwatched);
-    };
+    let fixed = Limits { bounds: BOUNDS, time: None, exposure: Some(1.0) };
+    let policy = || Threshold::new(Goal::Average(40.0));
     let mut at_once = Film::new([32, 32], [0, 0, 32, 32], options);
-    let mut in_parts = at_once.clone();
-    go(&mut at_once, 128);
-    go(&mut in_parts, 32);
-    go(&mut in_parts, 128);
-    assert!(at_once.map(|t, i| t.pixels[i].clone()) == in_parts.map(|t, i| t.pixels[i].clone()));
+    let empty = at_once.clone();
+    render(&renderer, &mut at_once, &mut policy(), &fixed, &AtomicBool::new(false), &mut Unwatched);
+    for layers in 1..4 {
+        let (mut film, interrupt) = (empty.clone(), AtomicBool::new(false));
+        let mut stop = StopAfter { layers, interrupt: &interrupt };
+        let outcome = render(&renderer, &mut film, &mut policy(), &fixed, &interrupt, &mut stop);
+        assert_eq!((outcome.stopped_by, outcome.layers.len()), (StoppedBy::Interrupt, layers as usize));
+        render(&renderer, &mut film, &mut policy(), &fixed, &AtomicBool::new(false), &mut Unwatched);
+        assert!(at_once.map(|t, i| t.pixels[i].clone()) == film.map(|t, i| t.pixels[i].clone()), "{layers}");
+    }
 }
 
 /// A film with these samples in every pixel, as a hostile scene would fill it.

@@ -43,8 +43,8 @@ fn picture(description: SceneDescription, out: &Path, spp: u32) -> Result<(), Bo
     let settings = RenderSettings { max_depth, ..RenderSettings::default() };
     let mut film = Film::new(size, [0, 0, size[0], size[1]], FilmOptions::default());
     let start = Instant::now();
-    let wave = Wave { target: spp, ..Wave::default() };
-    Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &wave, |_, _| true);
+    let wave = Wave::default();
+    Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &wave, |_, _| spp);
     let cost = start.elapsed().as_secs_f64() * 1e6 / film.samples() as f64;
     let pixels = film.beauty();
     let count = pixels.len() as f64;

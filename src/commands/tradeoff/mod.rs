@@ -1,25 +1,23 @@
 //! `sparing tradeoff`.
 
-mod canvas;
-mod font;
 mod plot;
 
 use super::Usage;
 use super::options::threads;
+use crate::plot::write_text;
 use crate::session::console::{note, print};
 use crate::session::progress::clock;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use sparing_image::atomic::{OutputError, check_writable, write_atomic};
-use sparing_image::png::write_png;
+use sparing_image::atomic::check_writable;
 use sparing_svm::data::{Data, DataOptions};
 use sparing_svm::model::ReadOptions;
 use sparing_svm::prune::{Method, PruneError};
 use sparing_svm::range::Scaling;
 use sparing_svm::tradeoff::{Labelled, Point, Source, Tradeoff, TradeoffOptions, tradeoff};
 use sparing_svm::{Card, Model};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -210,15 +208,10 @@ fn pick<'t>(t: &'t Tradeoff, a: &TradeoffArguments) -> anyhow::Result<Option<&'t
 
 /// Writes all files. The picked model gets the card of the full one, if that has one, with the new figures.
 fn write(t: &Tradeoff, picked: Option<&Point>, card: Option<Card>, folder: &Path) -> anyhow::Result<()> {
-    let drawing = plot::draw(t);
-    for (name, text) in [(FILES[0], t.to_csv()), (FILES[1], t.to_json()?), (FILES[2], drawing.to_svg())] {
-        let path = folder.join(name);
-        write_atomic(&path, |file| file.write_all(text.as_bytes()).map_err(OutputError::io(&path)))?;
+    for (name, text) in [(FILES[0], t.to_csv()), (FILES[1], t.to_json()?)] {
+        write_text(&folder.join(name), &text)?;
     }
-    let (width, height, pixels) = drawing.to_pixels(2.0);
-    let linear: Vec<[f32; 3]> =
-        pixels.iter().map(|p| p.map(sparing_render::texture::srgb_to_linear)).collect();
-    write_png(&folder.join(FILES[3]), width, height, &linear, 0.0)?;
+    crate::plot::write(&plot::draw(t), &folder.join(FILES[2]), &folder.join(FILES[3]))?;
     if let Some((point, model)) = picked.and_then(|p| Some((p, p.model.as_ref()?))) {
         let path = folder.join(PICKED);
         model.write(&path)?;

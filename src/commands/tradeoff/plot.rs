@@ -1,6 +1,6 @@
 //! The plot: time of a query against accuracy (or agreement).
 
-use super::canvas::{Anchor, Canvas, Colour};
+use crate::plot::{Anchor, BLACK, COLOURS, Canvas, DOWN, FAINT, GREY, marker, thousands};
 use sparing_svm::tradeoff::{Point, Source, Tradeoff};
 
 /// Size of the drawing; the legend has the right part for itself.
@@ -11,20 +11,6 @@ const TOP: f64 = 24.0;
 const BOTTOM: f64 = 404.0;
 /// Percentage points below the best that the axis shows at most; what is worse stands at its foot.
 const SHOWN: f64 = 4.0;
-
-/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), without yellow.
-const COLOURS: [Colour; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [230, 159, 0],
-    [86, 180, 233],
-    [120, 94, 60],
-];
-const GREY: Colour = [150, 150, 150];
-const FAINT: Colour = [228, 228, 228];
-const BLACK: Colour = [0, 0, 0];
 
 /// Draws the plot.
 pub(super) fn draw(t: &Tradeoff) -> Canvas {
@@ -200,29 +186,6 @@ fn numbers(canvas: &mut Canvas, axes: &Axes, all: &[&Point]) {
     }
 }
 
-/// The mark of what is below the axis.
-const DOWN: usize = usize::MAX;
-
-/// A method's mark: circle, square, triangle, diamond.
-fn marker(canvas: &mut Canvas, [x, y]: [f64; 2], kind: usize, colour: Colour) {
-    let polygon = |n: usize, r: f64, turn: f64| -> Vec<[f64; 2]> {
-        (0..n)
-            .map(|i| (i as f64 / n as f64 + turn) * std::f64::consts::TAU)
-            .map(|a| [x + r * a.sin(), y - r * a.cos()])
-            .collect()
-    };
-    let points = match kind {
-        DOWN => polygon(3, 4.5, 0.5),
-        k => match k % 4 {
-            0 => polygon(24, 4.0, 0.0),
-            1 => polygon(4, 5.0, 0.125),
-            2 => polygon(3, 5.2, 0.0),
-            _ => polygon(4, 5.0, 0.0),
-        },
-    };
-    canvas.area(points, colour, [255, 255, 255]);
-}
-
 /// A black star with so many points.
 fn star(canvas: &mut Canvas, [x, y]: [f64; 2], points: usize) {
     let outline = (0..2 * points).map(|i| {
@@ -235,16 +198,4 @@ fn star(canvas: &mut Canvas, [x, y]: [f64; 2], points: usize) {
 
 fn time(ns: f64) -> String {
     if ns >= 1.0 { thousands(ns.round() as usize) } else { format!("{ns:.1}") }
-}
-
-/// A number with commas.
-pub(super) fn thousands(n: usize) -> String {
-    let digits = n.to_string();
-    let first = (digits.len() - 1) % 3 + 1;
-    let mut out = digits[..first].to_owned();
-    for i in (first..digits.len()).step_by(3) {
-        out.push(',');
-        out.push_str(&digits[i..i + 3]);
-    }
-    out
 }

@@ -62,7 +62,7 @@ impl Machine {
             scale: frame.scale,
         };
         let allowance = self.allowance(&double);
-        Levels::Kernel { single: Some(single), double, errors, allowance }
+        Levels::Kernel { single: Some(Box::new(single)), double, errors, allowance }
     }
 
     /// Vectors as they are, in f64 only.

@@ -81,7 +81,7 @@ pub(crate) enum Levels {
     /// `double` is centred and scaled as `single` is; where there is no `single`, it holds the vectors as they are, and
     /// RBF compares them by differences.
     Kernel {
-        single: Option<Single>,
+        single: Option<Box<Single>>,
         double: Packed<f64>,
         errors: Vec<TileError>,
         allowance: Allowance,

@@ -221,7 +221,7 @@ pub(crate) fn sums_f64(set: InstructionSet, plan: &Plan<'_, f64>, batch: Batch<'
                 run::<S, RbfHead<S, TableExp<S, 5>, true, false>>(simd, plan, batch);
             }
             HeadKind::RbfDifferences(_) => {
-                run::<S, RbfHead<S, TableExp<S, 5>, true, true>>(simd, plan, batch)
+                run::<S, RbfHead<S, TableExp<S, 5>, true, true>>(simd, plan, batch);
             }
         }
     }

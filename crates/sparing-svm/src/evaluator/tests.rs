@@ -62,18 +62,17 @@ fn powers_f32(set: InstructionSet, method: ExpMethod, inputs: &[f32]) -> Vec<f32
 }
 
 fn powers_f64(set: InstructionSet, inputs: &[f64]) -> Vec<f64> {
+    fn of<S: Simd<Real = f64>>(simd: S, inputs: &[f64]) -> Vec<f64> {
+        powers::<S, TableExp<S, 5>>(simd, inputs)
+    }
     match set {
         // SAFETY: callers ask available() first.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => {
-            powers::<_, TableExp<avx512::Avx512F64, 5>>(unsafe { avx512::Avx512F64::new() }, inputs)
-        }
+        InstructionSet::Avx512 => of(unsafe { avx512::Avx512F64::new() }, inputs),
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => {
-            powers::<_, TableExp<avx2::Avx2F64, 5>>(unsafe { avx2::Avx2F64::new() }, inputs)
-        }
-        _ => powers::<_, TableExp<portable::PortableF64, 5>>(portable::PortableF64, inputs),
+        InstructionSet::Avx2 => of(unsafe { avx2::Avx2F64::new() }, inputs),
+        _ => of(portable::PortableF64, inputs),
     }
 }
 
@@ -177,16 +176,17 @@ fn exponents_below_the_range_give_the_smallest_normal_powers_and_nan_stays() {
 }
 
 /// Operations on rows of hostile numbers.
-struct Operations<'a> {
-    rows: [&'a Row<f32, 16>; 3],
-    outputs: &'a mut Vec<[f32; 16]>,
+struct Operations<'a, R: Real> {
+    rows: [&'a R::Row; 3],
+    outputs: &'a mut Vec<Vec<R>>,
     sum: &'a mut f64,
 }
 
-impl<S: Simd<Real = f32>> Job<S> for Operations<'_> {
+impl<S: Simd> Job<S> for Operations<'_, S::Real> {
     #[inline(always)]
     fn run(self, simd: S) {
         let [a, b, c] = self.rows.map(|r| simd.load(r));
+        let whole = S::Real::from_f64(1.5 * 2_f64.powi(S::Real::MANTISSA_BITS as i32) - 7.0);
         let results = [
             simd.add(a, b),
             simd.sub(a, b),
@@ -194,11 +194,11 @@ impl<S: Simd<Real = f32>> Job<S> for Operations<'_> {
             simd.div(a, b),
             simd.max(a, b),
             simd.min(a, b),
-            simd.scale(c, simd.set(12_582_912.0 - 7.0)),
+            simd.scale(c, simd.set(whole)),
             simd.map(a, |x| x + 1.0),
         ];
         for v in results {
-            let mut out = [0.0; 16];
+            let mut out = vec![S::Real::from_f64(0.0); S::Real::LANES];
             simd.store(v, &mut out);
             self.outputs.push(out);
         }
@@ -206,48 +206,55 @@ impl<S: Simd<Real = f32>> Job<S> for Operations<'_> {
     }
 }
 
+const HOSTILE: [f64; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.5,
+    3e38,
+    f64::NAN,
+    1e-42,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    1.2e-38,
+    3.7e8,
+    -2.5e-9,
+    0.1,
+    7.0,
+    -1e20,
+    1.000_000_1,
+];
+
+/// Bits of all results, in f64, NaN as one value.
+fn operations<S: Simd>(simd: S) -> (Vec<u64>, u64) {
+    let lanes = S::Real::LANES;
+    let row = |f: &dyn Fn(usize) -> f64| {
+        S::Real::row(&(0..lanes).map(|i| S::Real::from_f64(f(i))).collect::<Vec<_>>())
+    };
+    let rows = [row(&|i| HOSTILE[i]), row(&|i| HOSTILE[(i + 5) % 16]), row(&|i| 0.51 + 0.09 * i as f64)];
+    let (mut outputs, mut sum) = (Vec::new(), 0.0);
+    simd.run(Operations { rows: [&rows[0], &rows[1], &rows[2]], outputs: &mut outputs, sum: &mut sum });
+    let bits = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+    (outputs.into_iter().flatten().map(|x| bits(x.to_f64())).collect(), sum.to_bits())
+}
+
 #[test]
 fn every_instruction_set_computes_as_the_portable_one() {
-    let hostile = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.5,
-        f32::MAX,
-        f32::MIN_POSITIVE,
-        1e-42,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        f32::NAN,
-        3.7e8,
-        -2.5e-9,
-        0.1,
-        7.0,
-        -1e20,
-        1.000_000_1,
-    ];
-    let tame: [f32; 16] = std::array::from_fn(|i| 0.51 + 0.09 * i as f32);
-    let mut expected: Option<(Vec<[u32; 16]>, u64)> = None;
+    let (single, double) = (operations(portable::PortableF32), operations(portable::PortableF64));
+    #[cfg(target_arch = "x86_64")]
     for set in available() {
-        let mut turned = hostile;
-        turned.rotate_left(5);
-        let (mut outputs, mut sum) = (Vec::new(), 0.0);
-        let rows = [&Row(hostile), &Row(turned), &Row(tame)];
-        let job = Operations { rows, outputs: &mut outputs, sum: &mut sum };
-        match set {
+        let (a, b) = match set {
             // SAFETY: the set is available.
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => unsafe { avx512::Avx512F32::new() }.run(job),
+            InstructionSet::Avx512 => unsafe {
+                (operations(avx512::Avx512F32::new()), operations(avx512::Avx512F64::new()))
+            },
             // SAFETY: the set is available.
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2 => unsafe { avx2::Avx2F32::new() }.run(job),
-            _ => portable::PortableF32.run(job),
-        }
-        let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
-        let found = (outputs.iter().map(|o| o.map(bits)).collect(), sum.to_bits());
-        match &expected {
-            None => expected = Some(found),
-            Some(expected) => assert_eq!(*expected, found, "{set:?}"),
-        }
+            InstructionSet::Avx2 => unsafe {
+                (operations(avx2::Avx2F32::new()), operations(avx2::Avx2F64::new()))
+            },
+            InstructionSet::Portable => continue,
+        };
+        assert_eq!(a, single, "{set:?} f32");
+        assert_eq!(b, double, "{set:?} f64");
     }
 }

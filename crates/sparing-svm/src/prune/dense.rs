@@ -167,11 +167,11 @@ pub(crate) fn solve(l: &[f64], m: usize, b: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prune::Rng;
+    use crate::prune::Random;
 
     #[test]
     fn gram_and_solution_match_the_definition() {
-        let mut rng = Rng::new(3, 0);
+        let mut rng = Random::stream(3, 0);
         let (m, n) = (19, 2100);
         let rows: Vec<f64> = (0..m * n).map(|_| rng.normal()).collect();
         let weights: Vec<f64> = (0..n).map(|_| rng.uniform()).collect();

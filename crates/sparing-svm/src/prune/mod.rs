@@ -14,7 +14,6 @@ pub mod certified;
 mod dense;
 pub mod refit;
 pub mod retrain;
-mod rng;
 pub mod samples;
 pub mod select;
 pub mod simplify;
@@ -26,8 +25,8 @@ mod method;
 pub use error::PruneError;
 pub use method::{Examples, Method, Options, Refit, Select, Sweep, reduce};
 
+pub(crate) use crate::random::Random;
 pub(crate) use machine::Machine;
-pub(crate) use rng::Rng;
 
 use crate::model::{Kernel, Model, SvmType};
 
@@ -95,13 +94,13 @@ pub(crate) fn with_vectors(model: &Model, vectors: &[f64], coefficients: &[f64],
 pub(crate) mod testing {
     //! Machines for tests, made from nothing but a seed.
 
-    use super::Rng;
+    use super::Random;
     use crate::model::{Kernel, Model, SvmType};
 
     /// A two-class RBF machine of `n` vectors in the unit box: labels are noisy, so most coefficients sit at
     /// `c`.
     pub(crate) fn machine(n: usize, features: usize, gamma: f64, c: f64, seed: u64) -> Model {
-        let mut rng = Rng::new(seed, 1);
+        let mut rng = Random::stream(seed, 1);
         let mut rows: Vec<(f64, Vec<f64>)> = (0..n)
             .map(|_| {
                 let x: Vec<f64> = (0..features).map(|_| rng.uniform()).collect();

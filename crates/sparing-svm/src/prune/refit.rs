@@ -237,11 +237,11 @@ mod tests {
     use super::*;
     use crate::prune::select::{GreedyRule, gather, order};
     use crate::prune::testing::machine;
-    use crate::prune::{Rng, with_vectors};
+    use crate::prune::{Random, with_vectors};
 
     fn agreement(model: &Model, centres: &[f64], f: &Fitted) -> f64 {
         let reduced = with_vectors(model, centres, &f.coefficients, f.rho);
-        let mut rng = Rng::new(1, 2);
+        let mut rng = Random::stream(1, 2);
         let same = (0..1000).filter(|_| {
             let x: Vec<f64> = (0..model.features).map(|_| rng.uniform()).collect();
             (model.decision_value(&x) > 0.0) == (reduced.decision_value(&x) > 0.0)
@@ -265,7 +265,7 @@ mod tests {
         let model = machine(400, 3, 3.0, 10.0, 9);
         let centres = gather(&model, &order(&model, GreedyRule::Residual, 40).indices);
         assert!(agreement(&model, &centres, &project(&model, &centres, 1e-12).unwrap()) > 0.97);
-        let mut rng = Rng::new(5, 5);
+        let mut rng = Random::stream(5, 5);
         let rows: Vec<f64> = (0..3 * 3000).map(|_| rng.uniform()).collect();
         let targets: Vec<f64> = rows.chunks(3).map(|x| model.decision_value(x)).collect();
         let points = Points { rows: &rows, targets: &targets };

@@ -2,7 +2,7 @@
 //! cheap.
 
 use super::method::Examples;
-use super::{PruneError, Rng};
+use super::{PruneError, Random};
 use crate::data::Data;
 use crate::model::{Model, SvmType};
 use crate::train::{ConstantFeatures, Parameters};
@@ -31,7 +31,7 @@ pub fn retrain(model: &Model, examples: Examples<'_>, size: usize, seed: u64) ->
     parameters.class_weights =
         model.labels.iter().zip(bounds).filter(|(_, b)| *b > 0.0).map(|(l, b)| (*l, b / c)).collect();
     parameters.constant_features = ConstantFeatures::Allow;
-    let order = Rng::new(seed, 0x7265_7472).choose(labels.len(), labels.len());
+    let order = Random::stream(seed, 0x7265_7472).choose(labels.len(), labels.len());
     let first = order
         .iter()
         .position(|&i| labels[i] > 0.0)
@@ -90,7 +90,7 @@ mod tests {
     fn a_part_of_the_data_gives_a_smaller_machine() {
         let model = machine(300, 3, 3.0, 5.0, 2);
         let rows = samples::queries(&model, 2000, 4);
-        let mut rng = Rng::new(2, 2);
+        let mut rng = Random::stream(2, 2);
         let labels: Vec<f64> = rows
             .chunks(3)
             .map(|x| if (model.decision_value(x) > 0.0) != (rng.uniform() < 0.2) { 1.0 } else { -1.0 })

@@ -1,6 +1,6 @@
 //! Queries made from a machine's own support, for when no data is given.
 
-use super::Rng;
+use super::Random;
 use crate::model::Model;
 
 /// Share of the distance between two support vectors by which a query may lie outside of them.
@@ -24,7 +24,7 @@ pub fn queries(model: &Model, count: usize, seed: u64) -> Vec<f64> {
             (column().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n as f64).sqrt()
         })
         .collect();
-    let mut rng = Rng::new(seed, 0x73_616d_706c_6573);
+    let mut rng = Random::stream(seed, 0x73_616d_706c_6573);
     let mut out = Vec::with_capacity(count * features);
     for _ in 0..count {
         let (a, b) = (rng.below(n), rng.below(n));

@@ -8,7 +8,7 @@ pub use greedy::{GreedyRule, Ordering, order};
 pub(crate) use greedy::{norm2, order_with};
 pub use k_means::k_means;
 
-use super::Rng;
+use super::Random;
 use crate::model::Model;
 
 /// The `size` vectors of largest |coefficient|, the first of equals: what dropping the smallest leaves. It
@@ -25,7 +25,7 @@ pub fn largest_coefficients(model: &Model, size: usize) -> Vec<usize> {
 /// `size` different vectors at random.
 #[must_use]
 pub fn random(model: &Model, size: usize, seed: u64) -> Vec<usize> {
-    Rng::new(seed, 0x72616e64).choose(model.len(), size)
+    Random::stream(seed, 0x72616e64).choose(model.len(), size)
 }
 
 /// The chosen vectors, row by row.

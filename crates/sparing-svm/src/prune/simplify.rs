@@ -72,7 +72,7 @@ pub fn simplify(model: &Model) -> Result<(Model, Simplification), PruneError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prune::Rng;
+    use crate::prune::Random;
     use crate::prune::testing::machine;
 
     #[test]
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!((what.merged, what.dropped, what.collapsed), (2, 2, false));
         assert_eq!(simple.len(), 36);
         assert_eq!(simple.class_counts.iter().sum::<usize>(), 36);
-        let mut rng = Rng::new(9, 9);
+        let mut rng = Random::stream(9, 9);
         for _ in 0..100 {
             let x = [rng.uniform(), rng.uniform(), rng.uniform()];
             assert!((model.decision_value(&x) - simple.decision_value(&x)).abs() < 1e-12);

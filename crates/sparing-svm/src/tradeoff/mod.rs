@@ -14,7 +14,7 @@ pub use metrics::{Quality, area_under_curve, quality};
 
 use crate::model::Model;
 use crate::prune::certified::{CascadeOptions, CertifiedCascade};
-use crate::prune::{Examples, Machine, Method, Options, PruneError, Rng, Sweep, check, samples};
+use crate::prune::{Examples, Machine, Method, Options, PruneError, Random, Sweep, check, samples};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -269,7 +269,7 @@ fn split(model: &Model, data: Labelled<'_>, seed: u64) -> Result<[Rows; 2], Prun
         return Err(PruneError::NotFinite(row));
     }
     let signs: Vec<f64> = (0..n).map(|i| sign(model, data.labels[i], i)).collect::<Result<_, _>>()?;
-    let order = Rng::new(seed, 0x0073_706c_6974).choose(n, n);
+    let order = Random::stream(seed, 0x0073_706c_6974).choose(n, n);
     let (fit, measured) = order.split_at(n / 2);
     Ok([&fit[..fit.len().min(MOST_FIT_ROWS)], measured].map(|part| Rows {
         rows: part

@@ -1,5 +1,5 @@
 //! Training with libSVM's algorithm, cross-validation, and the search for C and gamma. The crate `libsvm-rs` does the
-//! work: the C-SVC models that were compared are bit for bit those of `svm-train` (`docs/svm-training.md`).
+//! work: the C-SVC models that were compared are bit for bit those of `svm-train` (`docs/svm.md`).
 //!
 //! ```
 //! use sparing_svm::{Data, Parameters};

@@ -25,6 +25,9 @@ pub(crate) trait Real: Copy + Send + Sync + 'static + PartialOrd {
     type Row: Copy + Send + Sync + 'static;
     /// The number nearest to `x`.
     fn from_f64(x: f64) -> Self;
+    /// The same number in f64.
+    #[cfg(test)]
+    fn to_f64(self) -> f64;
     /// A row from as many numbers as there are lanes.
     fn row(lanes: &[Self]) -> Self::Row;
     /// Lanes of a row.
@@ -46,6 +49,10 @@ impl Real for f32 {
     fn from_f64(x: f64) -> Self {
         x as f32
     }
+    #[cfg(test)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
     fn row(lanes: &[Self]) -> Self::Row {
         let mut row = [0.0; 16];
         row.copy_from_slice(lanes);
@@ -62,6 +69,10 @@ impl Real for f64 {
     type Row = Row<f64, 8>;
     fn from_f64(x: f64) -> Self {
         x
+    }
+    #[cfg(test)]
+    fn to_f64(self) -> f64 {
+        self
     }
     fn row(lanes: &[Self]) -> Self::Row {
         let mut row = [0.0; 8];

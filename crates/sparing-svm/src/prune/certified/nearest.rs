@@ -74,11 +74,11 @@ fn search(columns: &[f32], centre: &[f64], query: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prune::Rng;
+    use crate::prune::Random;
 
     #[test]
     fn the_nearest_is_found() {
-        let mut rng = Rng::new(1, 0);
+        let mut rng = Random::stream(1, 0);
         let vectors: Vec<f64> = (0..3 * 150).map(|_| rng.uniform()).collect();
         let nearest = Nearest::new(&vectors, 3);
         for _ in 0..200 {

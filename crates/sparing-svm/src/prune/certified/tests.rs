@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::Kernel;
 use crate::prune::testing::machine;
-use crate::prune::{Rng, samples};
+use crate::prune::{Random, samples};
 use rayon::prelude::*;
 
 /// Sum of two f64 without rounding (Knuth's two-sum), as a pair.
@@ -74,7 +74,7 @@ fn precise_values_are_precise() {
 /// Queries that look for trouble: in the box, at and between vectors, at the boundary, far away, not finite.
 fn adversarial(model: &Model, count: usize, seed: u64) -> Vec<f64> {
     let features = model.features;
-    let mut rng = Rng::new(seed, 77);
+    let mut rng = Random::stream(seed, 77);
     let mut rows = samples::queries(model, count / 4, seed);
     rows.extend((0..count / 4 * features).map(|_| rng.uniform() * 1.2 - 0.1));
     rows.extend((0..model.len()).flat_map(|i| model.support_vector(i).iter().copied()));

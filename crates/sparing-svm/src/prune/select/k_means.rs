@@ -1,6 +1,6 @@
 //! Weighted k-means with k-means++ seeding.
 
-use crate::prune::Rng;
+use crate::prune::Random;
 use crate::prune::dense::Rows;
 use rayon::prelude::*;
 
@@ -68,7 +68,7 @@ fn nearest(x: &[f64], centres: &[f64], features: usize) -> usize {
 /// k-means++: each next seed with a chance in proportion to its weight times squared distance from those
 /// before.
 fn seeds(rows: Rows<'_>, weights: &[f64], size: usize, seed: u64) -> Vec<f64> {
-    let mut rng = Rng::new(seed, 0x6b6d_6561_6e73);
+    let mut rng = Random::stream(seed, 0x6b6d_6561_6e73);
     let mut centres = Vec::with_capacity(size * rows.features);
     let mut distance = vec![1.0_f64; rows.len()];
     for _ in 0..size.min(rows.len()) {
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn clusters_are_found() {
-        let mut rng = Rng::new(1, 1);
+        let mut rng = Random::stream(1, 1);
         let data: Vec<f64> = (0..300)
             .flat_map(|i| [f64::from(i % 3) * 10.0 + rng.normal() * 0.1, rng.normal() * 0.1])
             .collect();

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 /// Where a text's position is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 /// A colour, sRGB.
-pub(super) type Colour = [u8; 3];
+pub(crate) type Colour = [u8; 3];
 
 enum Shape {
     Line { points: Vec<[f64; 2]>, width: f64, dash: Option<[f64; 2]>, colour: Colour },
@@ -21,7 +21,7 @@ enum Shape {
 }
 
 /// A drawing in its own units, y downwards, on white.
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     size: [f64; 2],
     shapes: Vec<Shape>,
 }
@@ -29,21 +29,21 @@ pub(super) struct Canvas {
 const BLACK: Colour = [0, 0, 0];
 
 impl Canvas {
-    pub(super) fn new(size: [f64; 2]) -> Self {
+    pub(crate) fn new(size: [f64; 2]) -> Self {
         Self { size, shapes: Vec::new() }
     }
 
-    pub(super) fn line(&mut self, points: Vec<[f64; 2]>, width: f64, dash: Option<[f64; 2]>, colour: Colour) {
+    pub(crate) fn line(&mut self, points: Vec<[f64; 2]>, width: f64, dash: Option<[f64; 2]>, colour: Colour) {
         self.shapes.push(Shape::Line { points, width, dash, colour });
     }
 
     /// A filled polygon with a thin edge.
-    pub(super) fn area(&mut self, points: Vec<[f64; 2]>, fill: Colour, edge: Colour) {
+    pub(crate) fn area(&mut self, points: Vec<[f64; 2]>, fill: Colour, edge: Colour) {
         self.shapes.push(Shape::Area { points, fill, edge });
     }
 
     /// Text on its baseline, upwards when `up`.
-    pub(super) fn text(
+    pub(crate) fn text(
         &mut self,
         at: [f64; 2],
         size: f64,
@@ -55,7 +55,7 @@ impl Canvas {
     }
 
     /// The drawing as SVG; text stays text.
-    pub(super) fn to_svg(&self) -> String {
+    pub(crate) fn to_svg(&self) -> String {
         let [w, h] = self.size;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" \
@@ -101,7 +101,7 @@ impl Canvas {
     }
 
     /// The drawing as sRGB pixels, `scale` a unit: width, height, rows from the top.
-    pub(super) fn to_pixels(&self, scale: f64) -> (u32, u32, Vec<[f32; 3]>) {
+    pub(crate) fn to_pixels(&self, scale: f64) -> (u32, u32, Vec<[f32; 3]>) {
         let [w, h] = self.size.map(|s| (s * scale).ceil() as usize);
         let mut image = Image { w, h, pixels: vec![[1.0; 3]; w * h] };
         let scaled = |points: &[[f64; 2]]| points.iter().map(|p| p.map(|v| v * scale)).collect::<Vec<_>>();

@@ -59,7 +59,7 @@ fn curve(kind: char, mut points: Stroke) -> Stroke {
 
 /// The strokes of a text, x to the right from its anchor, y upwards from the baseline. Characters that the font
 /// does not have are left blank.
-pub(super) fn strokes(text: &str, size: f64, anchor: Anchor) -> Vec<Stroke> {
+pub(crate) fn strokes(text: &str, size: f64, anchor: Anchor) -> Vec<Stroke> {
     let scale = size * CAPITAL / 7.0;
     let mut x = 0.0;
     let mut out: Vec<Stroke> = Vec::new();
