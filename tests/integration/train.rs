@@ -3,7 +3,7 @@
 use super::common::{ok, run};
 use std::fs;
 
-const TINY: &str = "train --scenes 3 --rows 200 --scene-rows 100 --replicates 2 --reference 64 --max-spp 32 \
+const TINY: &str = "train --scenes 3 --rows 200 --scene-rows 100 --replicates 2 --reference 64 --max-spp 64 \
                     --size-scale 0.15 --vectors 24 --seed 5";
 
 #[test]

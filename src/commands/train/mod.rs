@@ -76,8 +76,8 @@ fn rows(text: &str) -> Result<usize, String> {
 
 fn most(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
-        Ok(n @ 16..=65_536) => Ok(n),
-        _ => Err(format!("'{text}' is not a number of samples from 16 to 65536")),
+        Ok(n @ 32..=65_536) => Ok(n),
+        _ => Err(format!("'{text}' is not a number of samples from 32 to 65536")),
     }
 }
 

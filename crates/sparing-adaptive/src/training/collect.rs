@@ -51,7 +51,11 @@ pub struct Row {
 }
 
 /// Averages of samples, over the pixels that show any error, that thresholds are drawn between.
-const AVERAGES: [f64; 2] = [10.0, 200.0];
+fn averages(bounds: Bounds) -> [f64; 2] {
+    // Nearly all pixels at the maximum would leave nothing to decide.
+    [1.25 * f64::from(bounds.min_spp), (0.4 * f64::from(bounds.max_spp)).min(200.0)]
+}
+
 /// Thresholds that each replicate is replayed with.
 const TRIALS: usize = 6;
 
@@ -80,7 +84,7 @@ pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &C
     let truth = means(&reference);
     for (own, replay) in replays.iter().enumerate() {
         let exposure = View::auto_exposure(&replay.films()[0]);
-        let Some(ends) = replay.thresholds(exposure, AVERAGES) else {
+        let Some(ends) = replay.thresholds(exposure, averages(what.bounds)) else {
             continue; // nothing in the picture shows any error
         };
         for _ in 0..TRIALS {
