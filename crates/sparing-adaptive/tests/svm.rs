@@ -128,7 +128,7 @@ fn machines_that_do_not_fit_are_refused() {
     assert!(message(&model, &card(&["lab-l", "lab-a"], 1.0)).contains("1 features, its card names 2"));
     let without = Card { scaling: None, ..card(&["lab-l"], 1.0) };
     assert!(message(&model, &without).contains("no scaling"));
-    let other = Model { labels: vec![1, 2], ..model.clone() };
+    let other = Model { labels: vec![1, 2], ..linear(1.0, 0.0) };
     assert!(message(&other, &card(&["lab-l"], 1.0)).contains("+1 and -1"));
     assert!(Machine::read("no/such/file.model").unwrap_err().to_string().contains("no/such/file.model"));
 }

@@ -80,7 +80,7 @@ pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &C
     let mut random = Random::new(seed(replicates + 1));
     let mut rows = Vec::new();
     let layers: Vec<Vec<Vec<[f64; 3]>>> =
-        replays.iter().map(|r| r.films().iter().map(|f| means(f)).collect()).collect();
+        replays.iter().map(|r| r.films().iter().map(means).collect()).collect();
     let truth = means(&reference);
     for (own, replay) in replays.iter().enumerate() {
         let exposure = View::auto_exposure(&replay.films()[0]);
