@@ -32,6 +32,10 @@ fn a_tiny_run_gives_a_machine_that_renders_and_is_the_same_again() {
     let r = ok(folder, &format!("{picture} --policy svm --model a.model -o out.exr --stats -"));
     assert_eq!(r.json()["policy"], "svm");
 
+    // There is one in the program.
+    let r = ok(folder, &format!("{picture} --policy svm -o out.exr --stats -"));
+    assert_eq!(r.json()["policy"], "svm");
+
     // A model whose card is for another file, or not there, is refused.
     fs::write(folder.join("b.model"), [bytes("b.model"), b"\n".to_vec()].concat()).unwrap();
     let r = run(folder, &format!("{picture} --policy svm --model b.model -o out.exr"));
@@ -47,7 +51,6 @@ fn wrong_usage_is_said_in_a_line() {
         ("train -o a.model --label shoe", 2, "is not a label"),
         ("train -o a.model --size-scale 0", 2, "not a factor"),
         ("train -o no/such/folder/a.model", 1, "no/such/folder"),
-        ("render @cornell-box.pbrt --policy svm", 2, "needs a model"),
         ("render @cornell-box.pbrt --policy svm --model none.model", 1, "none.model"),
         ("render @cornell-box.pbrt --model none.model", 2, "--model is for --policy svm"),
     ];

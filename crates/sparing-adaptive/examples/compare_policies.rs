@@ -1,6 +1,6 @@
 //! How many samples the policies need, relative to uniform sampling, on validation scenes that no machine has seen.
 //!
-//!     cargo run --release -p sparing-adaptive --example compare_policies -- [--scenes N] [--seeds N] [--scale F]
+//!     cargo run --release -p sparing-adaptive --example compare_policies -- [--first N] [--scenes N] [--seeds N] [--scale F]
 //!         [--reference SPP] [MODEL ...]
 //!
 //! Each scene is rendered evenly to 512 samples per pixel with some seeds, and a reference with another one. Policies are
@@ -134,7 +134,8 @@ impl Entry {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut scenes, mut seeds, mut scale, mut reference) = (12_u32, 3_u64, 0.64_f64, 4096_u32);
+    let (mut scenes, mut seeds, mut scale, mut reference) = (11_u32, 2_u64, 0.6_f64, 4096_u32);
+    let mut first = 0_u32;
     let rule =
         |pooling| -> Make { Box::new(move |l| Box::new(Threshold { goal: Goal::Threshold(l), pooling })) };
     let mut entries = vec![
@@ -146,6 +147,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--scenes" => scenes = value()?.parse()?,
+            "--first" => first = value()?.parse()?,
             "--seeds" => seeds = value()?.parse()?,
             "--scale" => scale = value()?.parse()?,
             "--reference" => reference = value()?.parse()?,
@@ -157,7 +159,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let mut even_biases = Vec::new();
-    for index in 0..scenes {
+    for index in first..first.saturating_add(scenes) {
         let mut description = scene(index, 1, Split::Validation);
         let side = |pixels: u32| (f64::from(pixels) * scale).round().max(1.0) as u32;
         let size = [side(description.film.width), side(description.film.height)];
@@ -202,7 +204,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             entry.biases.extend(nearest.map(|e| e.dark_bias));
         }
         for entry in &entries {
-            println!("    {:<44} {}", entry.name, joined(&entry.logs[index as usize].map(f64::exp)));
+            println!(
+                "    {:<44} {}",
+                entry.name,
+                joined(&entry.logs.last().map_or([0.0; 4], |l| l.map(f64::exp)))
+            );
         }
     }
     report(&entries, &even_biases);

@@ -7,6 +7,10 @@ use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
 use sparing_adaptive::policy::{Policy, Shapes, Svm, Threshold, Uniform};
 
+/// The machine that `sparing train` made; its card has the command.
+const MODEL: &str = include_str!("../../../models/svm/default.model");
+const CARD: &str = include_str!("../../../models/svm/default.model.toml");
+
 /// The policies by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum PolicyName {
@@ -15,7 +19,7 @@ pub(super) enum PolicyName {
     Uniform,
     /// Pixels whose estimated error gains most from more samples.
     Threshold,
-    /// The same, but a support vector machine decides where the estimate is in doubt; needs --model.
+    /// The same, but a support vector machine decides where the estimate is in doubt.
     Svm,
     /// Pixels that show several shapes get the most, the others the least.
     Shapes,
@@ -40,11 +44,7 @@ impl Choice {
         let exposure = a.judge_exposure.map(f32::exp2);
         let machine = match (&a.model, a.policy) {
             (Some(path), PolicyName::Svm) => Some(Machine::read(path)?),
-            (None, PolicyName::Svm) => {
-                return Err(Usage::error(
-                    "--policy svm needs a model: give --model, made by `sparing train`",
-                ));
-            }
+            (None, PolicyName::Svm) => Some(Machine::from_text(MODEL, CARD)?),
             (Some(_), _) => return Err(Usage::error("--model is for --policy svm")),
             (None, _) => None,
         };
@@ -101,5 +101,16 @@ impl Choice {
     /// The policy's name.
     pub(super) fn name(&self) -> &'static str {
         self.policy().name()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_in_the_program_is_sound() {
+        let machine = Machine::from_text(MODEL, CARD).expect("the model in the program");
+        assert!((1..=256).contains(&machine.vectors()));
     }
 }

@@ -36,7 +36,7 @@ pub struct RenderArguments {
     /// Who gets samples.
     #[arg(long, value_enum, default_value_t)]
     policy: PolicyName,
-    /// Model of the policy svm, with its card beside it.
+    /// Model of the policy svm, with its card beside it. Default: the one in the program.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Adaptive policies: render until the predicted mean error of the pixels is T just noticeable differences (CIEDE2000).

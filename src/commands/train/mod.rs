@@ -34,16 +34,16 @@ pub(super) struct TrainArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000), allow_negative_numbers = true)]
     scenes: Option<u32>,
     /// Rows that the machine is trained on.
-    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = rows, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = rows, allow_negative_numbers = true)]
     rows: usize,
     /// Rows collected from each scene.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = rows, allow_negative_numbers = true)]
     scene_rows: usize,
     /// What a row is told: realised, conditional or expected gain.
-    #[arg(long, default_value = "realised")]
+    #[arg(long, default_value = "conditional")]
     label: Label,
     /// Independent renders of each scene.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=64),
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=64),
         allow_negative_numbers = true)]
     replicates: u32,
     /// Samples per pixel of the references.
