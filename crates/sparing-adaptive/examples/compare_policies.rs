@@ -10,7 +10,7 @@
 use sparing_adaptive::features::display_lab;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Policy, Pooling, Svm, Threshold};
+use sparing_adaptive::policy::{Planned, Policy, Svm, Threshold};
 use sparing_adaptive::training::Replay;
 use sparing_adaptive::view::View;
 use sparing_image::color::{auto_exposure, ciede2000, luminance};
@@ -80,7 +80,8 @@ impl Truth {
     }
 
     fn errors(&self, film: &Film) -> Errors {
-        let colours = film.map(|t, i| (t.pixels[i].mean() * self.exposure).to_array());
+        let exposed = |p: &[f32; 3]| p.map(|v| f64::from(v) * self.exposure);
+        let colours: Vec<[f64; 3]> = film.beauty().iter().map(exposed).collect();
         let pixels = colours.len() as f64;
         let square = |(c, t): (&[f64; 3], &[f64; 3])| {
             (0..3).map(|k| (c[k] - t[k]).powi(2) / (t[k].powi(2) + REL_MSE_EPSILON)).sum::<f64>() / 3.0
@@ -136,11 +137,9 @@ impl Entry {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut scenes, mut seeds, mut scale, mut reference) = (11_u32, 2_u64, 0.6_f64, 4096_u32);
     let mut first = 0_u32;
-    let rule =
-        |pooling| -> Make { Box::new(move |l| Box::new(Threshold { goal: Goal::Threshold(l), pooling })) };
     let mut entries = vec![
-        Entry::new("threshold", rule(Pooling::RootMeanSquare)),
-        Entry::new("threshold, largest of 3x3", rule(Pooling::Maximum)),
+        Entry::new("threshold", Box::new(|l| Box::new(Threshold::new(Goal::Threshold(l))))),
+        Entry::new("planned", Box::new(|l| Box::new(Planned { goal: Goal::Threshold(l) }))),
     ];
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {

@@ -50,11 +50,13 @@ pub enum Feature {
     NeighbourDistance,
     /// Logarithm of the pooled rule's gain over its threshold: by how far the rule would go on.
     Gain,
+    /// The same by the plan, what the neighbours had in the first layer.
+    PlanGain,
 }
 
 impl Feature {
     /// All, in the order of their columns.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Count,
         Self::RelativeError,
         Self::ChannelError,
@@ -74,6 +76,7 @@ impl Feature {
         Self::PeakMax,
         Self::NeighbourDistance,
         Self::Gain,
+        Self::PlanGain,
     ];
 
     /// The name in cards. Names never change their meaning: what is computed otherwise gets another one.
@@ -99,6 +102,7 @@ impl Feature {
             Self::PeakMax => "log-peak-max3",
             Self::NeighbourDistance => "log-lab-distance3",
             Self::Gain => "log-gain",
+            Self::PlanGain => "log-plan-gain",
         }
     }
 
@@ -129,6 +133,8 @@ pub struct Query {
     pub pixel: usize,
     /// [`log_gain`] of it.
     pub log_gain: f64,
+    /// The same by its plan alone.
+    pub plan_gain: f64,
 }
 
 /// Features of some pixels, row-major, as an evaluator takes them.
@@ -152,7 +158,7 @@ impl FeatureMatrix {
             values.par_chunks_mut(features.len()).zip(queries).with_min_len(64).for_each(|(row, query)| {
                 let around = Around::new(view, query.pixel);
                 for (value, feature) in row.iter_mut().zip(features) {
-                    *value = around.value(*feature, query.log_gain);
+                    *value = around.value(*feature, query);
                 }
             });
         }
@@ -193,7 +199,7 @@ impl<'a> Around<'a> {
         self.all().iter().map(|p| f(p)).fold(0.0, f64::max)
     }
 
-    fn value(&self, feature: Feature, gain: f64) -> f64 {
+    fn value(&self, feature: Feature, query: &Query) -> f64 {
         let p = self.own;
         match feature {
             Feature::Count => f64::from(p.count.max(1)).ln(),
@@ -221,7 +227,9 @@ impl<'a> Around<'a> {
                 let (a, b) = (display_lab(p.mean.map(f64::from)), display_lab(mean));
                 log((a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2]), 1e-2)
             }
-            Feature::Gain => gain,
+            Feature::Gain => query.log_gain,
+            // A plan of nothing says nothing beyond the band.
+            Feature::PlanGain => query.plan_gain.clamp(-6.0, 6.0),
         }
     }
 }
@@ -274,8 +282,9 @@ mod tests {
     }
 
     fn all(view: &View) -> FeatureMatrix {
-        let queries: Vec<Query> =
-            (0..view.pixels.len()).map(|pixel| Query { pixel, log_gain: log_gain(1.0, 8, 0.0) }).collect();
+        let queries: Vec<Query> = (0..view.pixels.len())
+            .map(|pixel| Query { pixel, log_gain: log_gain(1.0, 8, 0.0), plan_gain: 0.5 })
+            .collect();
         FeatureMatrix::new(view, &queries, &Feature::ALL)
     }
 
@@ -333,7 +342,8 @@ mod tests {
             2.0,
         );
         let value = |pixel: usize, feature| {
-            FeatureMatrix::new(&view, &[Query { pixel, log_gain: -0.5 }], &[feature]).values[0]
+            FeatureMatrix::new(&view, &[Query { pixel, log_gain: -0.5, plan_gain: -9.0 }], &[feature]).values
+                [0]
         };
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-3 * b.abs().max(1.0), "{a} {b}");
         close(value(4, Feature::Count), 8_f64.ln());
@@ -345,6 +355,7 @@ mod tests {
         close(value(4, Feature::Zeros), 0.125);
         close(value(0, Feature::HalfDifference), 1e-3_f64.ln());
         close(value(4, Feature::Gain), -0.5);
+        close(value(4, Feature::PlanGain), -6.0);
         close(value(4, Feature::NeighbourDistance), 1e-2_f64.ln());
         assert!(value(4, Feature::HalfDifference) > 1.0);
         assert!(value(0, Feature::SpreadMax) > value(0, Feature::SpreadMean));

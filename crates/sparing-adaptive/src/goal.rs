@@ -33,6 +33,23 @@ const MEAN_OF_NORMAL: f64 = 0.798;
 const SAMPLE: usize = 1 << 16;
 const STEPS: usize = 50;
 
+/// Most samples of a plan over those of the first layer: the first layer cannot justify more, and one outlier must not send
+/// all around it to the maximum.
+const MOST_PLANNED: u32 = 64;
+
+/// The least doubling of the minimum at which `spread / count` does not exceed lambda, within the bounds; at most
+/// 64 times the minimum.
+#[must_use]
+pub fn planned(spread: f32, lambda: f64, bounds: Bounds) -> u32 {
+    let first = bounds.min_spp.max(1).min(bounds.max_spp);
+    let most = first.saturating_mul(MOST_PLANNED).min(bounds.max_spp);
+    let mut n = first;
+    while n < most && f64::from(spread) > lambda * f64::from(n) {
+        n = n.saturating_mul(2).min(most);
+    }
+    n
+}
+
 /// The predicted mean CIEDE2000 error of the pixels as they are.
 #[must_use]
 pub fn predicted_error(view: &View) -> f64 {

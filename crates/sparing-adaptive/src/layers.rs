@@ -1,6 +1,7 @@
 //! The loop: sample a layer, look, decide, again.
 
 use crate::goal::{Bounds, predicted_error};
+use crate::ledger::Ledger;
 use crate::policy::{Barrier, Decisions, Policy};
 use crate::view::View;
 use serde::Serialize;
@@ -99,11 +100,12 @@ impl Observe for Unwatched {
     fn barrier(&mut self, _film: &Film, _progress: &Progress) {}
 }
 
-/// Renders until the policy is content, a limit is reached or `interrupt` is set. The film may come from an earlier
+/// Renders until the policy is content, a limit is reached or `interrupt` is set. Film and ledger may come from an earlier
 /// render that was interrupted at a barrier: with the same policy, limits and exposure the result is the same bit for bit.
 pub fn render(
     renderer: &Renderer<'_>,
     film: &mut Film,
+    ledger: &mut Ledger,
     policy: &mut dyn Policy,
     limits: &Limits,
     interrupt: &AtomicBool,
@@ -125,10 +127,10 @@ pub fn render(
     };
     let mut done = film.samples();
     let first = policy.first_target(bounds);
-    let mut decisions = Decisions { targets: vec![first; pixels as usize], values: Vec::new() };
+    let mut decisions = Decisions { targets: vec![first; pixels as usize], ..Decisions::default() };
     if done > 0 && pending(film, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
-        decisions = decide(policy, film, bounds, &mut outcome);
+        decisions = decide(policy, film, ledger, bounds, &mut outcome);
     }
     loop {
         let Some((spp, active_pixels)) = pending(film, &decisions.targets) else {
@@ -154,7 +156,7 @@ pub fn render(
         };
         let decide_start = Instant::now();
         if stopped.is_none() {
-            decisions = decide(policy, film, bounds, &mut outcome);
+            decisions = decide(policy, film, ledger, bounds, &mut outcome);
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
@@ -163,19 +165,30 @@ pub fn render(
             break;
         }
     }
-    outcome.seconds = start.elapsed().as_secs_f64();
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
-        outcome.predicted_error = Some(predicted_error(&View::new(film, exposure)));
+        let view = View::new(film, exposure);
+        outcome.predicted_error = Some(predicted_error(&view));
+        film.correction = ledger.correction(film, &view, &decisions, bounds);
     }
+    outcome.seconds = start.elapsed().as_secs_f64();
     outcome
 }
 
-/// Asks the policy; notes the exposure and the decision values.
-fn decide(policy: &mut dyn Policy, film: &Film, bounds: Bounds, outcome: &mut Outcome) -> Decisions {
+/// Asks the policy; notes the exposure, the decision values and who goes on beyond the plan.
+fn decide(
+    policy: &mut dyn Policy,
+    film: &Film,
+    ledger: &mut Ledger,
+    bounds: Bounds,
+    outcome: &mut Outcome,
+) -> Decisions {
     if policy.uses_exposure() && outcome.exposure.is_none() {
         outcome.exposure = Some(View::auto_exposure(film));
     }
-    let decisions = policy.decide(&Barrier::new(film, bounds, outcome.exposure.unwrap_or(1.0)));
+    let barrier = Barrier::new(film, ledger, bounds, outcome.exposure.unwrap_or(1.0));
+    let decisions = policy.decide(&barrier);
+    let passed = barrier.passed(&decisions);
+    ledger.note(passed);
     outcome.decisions.clone_from(&decisions.values);
     decisions
 }

@@ -1,8 +1,8 @@
 //! Where samples go: statistics of the pixels so far, policies that decide who goes on, the loop that drives them.
 //!
 //! A render proceeds in layers. Every pixel gets the minimum; then, at each barrier, a [`Policy`](policy::Policy) sees the
-//! statistics of all pixels ([`View`](view::View)) and says which of them double their samples. Nothing but the film passes
-//! from layer to layer, so the picture does not depend on threads or tile order.
+//! statistics of all pixels ([`View`](view::View)) and says which of them double their samples. Nothing but the film and its
+//! [`Ledger`](ledger::Ledger) passes from layer to layer, so the picture does not depend on threads or tile order.
 //!
 //! | module | what it holds |
 //! | --- | --- |
@@ -13,15 +13,18 @@
 //! | [`features`] | what a machine knows of a pixel, by name |
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
+//! | [`ledger`], [`redistribute`] | why choosing pixels by their samples takes no light away |
 //! | [`training`] | rows from rendered scenes, labels, fits |
 //! | [`study`] | how policies compare at equal error |
 
 pub mod features;
 pub mod goal;
 pub mod layers;
+pub mod ledger;
 pub mod machine;
 pub mod policy;
 pub mod pooling;
+pub mod redistribute;
 pub mod study;
 pub mod training;
 pub mod view;

@@ -18,21 +18,57 @@ impl Plane {
     /// neighbours are noisy.
     #[must_use]
     pub fn pooled(&self) -> Self {
-        self.neighbourhoods(|own, values| {
+        let means = self.mean_square();
+        let values = self.values.iter().zip(means).map(|(own, mean)| own.max(mean.sqrt() as f32));
+        Self { width: self.width, height: self.height, values: values.collect() }
+    }
+
+    /// The mean square of the neighbourhood.
+    #[must_use]
+    pub fn mean_square(&self) -> Vec<f64> {
+        self.neighbourhoods(|_, values| {
             let squares: f64 = values.clone().map(|v| f64::from(v) * f64::from(v)).sum();
-            own.max((squares / values.count() as f64).sqrt() as f32)
+            squares / values.count() as f64
         })
+    }
+
+    /// The root mean square of the others in the square of this radius: not one bit of it depends on the own value. 0 for
+    /// a pixel that is alone.
+    #[must_use]
+    pub fn others(&self, radius: usize) -> Self {
+        let Self { width, height, values } = self;
+        let mut out = vec![0.0; values.len()];
+        out.par_chunks_mut((*width).max(1)).enumerate().for_each(|(y, row)| {
+            for (x, out) in row.iter_mut().enumerate() {
+                let (mut squares, mut count) = (0.0, 0);
+                for v in y.saturating_sub(radius)..(y + radius + 1).min(*height) {
+                    for u in x.saturating_sub(radius)..(x + radius + 1).min(*width) {
+                        if (u, v) != (x, y) {
+                            let value = f64::from(values[v * width + u]);
+                            squares += value * value;
+                            count += 1;
+                        }
+                    }
+                }
+                *out = (squares / f64::from(count.max(1))).sqrt() as f32;
+            }
+        });
+        Self { width: *width, height: *height, values: out }
     }
 
     /// The largest value of the neighbourhood.
     #[must_use]
     pub fn dilated(&self) -> Self {
-        self.neighbourhoods(|own, values| values.fold(own, f32::max))
+        let values = self.neighbourhoods(|own, values| values.fold(own, f32::max));
+        Self { width: self.width, height: self.height, values }
     }
 
-    fn neighbourhoods(&self, f: impl Fn(f32, NeighbourValues<'_>) -> f32 + Sync) -> Self {
+    fn neighbourhoods<T: Default + Clone + Send>(
+        &self,
+        f: impl Fn(f32, NeighbourValues<'_>) -> T + Sync,
+    ) -> Vec<T> {
         let Self { width, height, values } = self;
-        let mut out = vec![0.0; values.len()];
+        let mut out = vec![T::default(); values.len()];
         out.par_chunks_mut((*width).max(1)).enumerate().for_each(|(y, row)| {
             for (x, out) in row.iter_mut().enumerate() {
                 let around = NeighbourValues {
@@ -45,7 +81,7 @@ impl Plane {
                 *out = f(values[y * width + x], around);
             }
         });
-        Self { width: *width, height: *height, values: out }
+        out
     }
 }
 
@@ -98,6 +134,16 @@ mod tests {
         assert!((pooled[4] - 3.0).abs() < 1e-6);
         assert_eq!(pooled[8], 0.0);
         assert_eq!(p.dilated().values, [9.0, 9.0, 0.0, 9.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn others_leave_the_own_value_out() {
+        for own in [0.0, 5.0, 1e30, f32::MAX] {
+            let p = plane(3, 2, &[own, 3.0, 1.0, 3.0, 3.0, 1.0]);
+            assert_eq!(p.others(1).values[0], 3.0);
+            assert_eq!(p.others(2).values[0], (29.0_f64 / 5.0).sqrt() as f32);
+        }
+        assert_eq!(plane(1, 1, &[7.0]).others(1).values, [0.0]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use sparing_adaptive::features::{Feature, FeatureMatrix};
 use sparing_adaptive::goal::{Bounds, Goal};
+use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::machine::Machine;
 use sparing_adaptive::policy::{Barrier, Policy, Svm, Threshold};
 use sparing_adaptive::training::{Collection, Fit, Label, collect, fit};
@@ -68,8 +69,8 @@ fn film() -> Film {
 #[test]
 fn the_gain_as_the_only_feature_is_the_rule() {
     let machine = Machine::new(&linear(1.0, 0.0), &card(&["log-gain"], 4.0)).unwrap();
-    let film = film();
-    let barrier = Barrier::new(&film, BOUNDS, 1.0);
+    let (film, ledger) = (film(), Ledger::default());
+    let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
     for goal in [Goal::Threshold(1.0), Goal::Average(12.0), Goal::Tolerance(1.0), Goal::Threshold(0.0)] {
         let mut svm = Svm::new(goal, machine.clone());
         let (ours, rule) = (svm.decide(&barrier), Threshold::new(goal).decide(&barrier));
@@ -82,8 +83,8 @@ fn the_gain_as_the_only_feature_is_the_rule() {
 
 #[test]
 fn the_machine_decides_inside_the_band_only() {
-    let film = film();
-    let barrier = Barrier::new(&film, BOUNDS, 1.0);
+    let (film, ledger) = (film(), Ledger::default());
+    let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
     let goal = Goal::Threshold(0.5);
     let targets = |rho: f64| {
         let mut svm = Svm::new(goal, Machine::new(&linear(0.0, rho), &card(&["log-gain"], 4.0)).unwrap());
@@ -112,8 +113,8 @@ fn what_is_undefined_goes_on_and_is_counted() {
     let mut model = linear(1.0, 0.0);
     model.kernel = Kernel::Polynomial { degree: 2, gamma: 1e200, coef0: 0.0 };
     let Ok(machine) = Machine::new(&model, &card(&["log-gain"], 4.0)) else { return };
-    let film = film();
-    let barrier = Barrier::new(&film, BOUNDS, 1.0);
+    let (film, ledger) = (film(), Ledger::default());
+    let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
     let mut svm = Svm::new(Goal::Threshold(0.5), machine);
     let decisions = svm.decide(&barrier);
     assert!(svm.undefined > 0, "infinity less infinity");

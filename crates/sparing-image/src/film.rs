@@ -221,6 +221,9 @@ pub struct Film {
     pub options: FilmOptions,
     /// Tiles in rows.
     pub tiles: Vec<Tile>,
+    /// What [`Film::beauty`] adds to the mean of each pixel of the crop, in rows, linear Rec.709; empty for nothing. An adaptive
+    /// sampler puts back here what its choice of pixels takes away.
+    pub correction: Vec<[f32; 3]>,
 }
 
 impl Film {
@@ -253,7 +256,7 @@ impl Film {
                 });
             }
         }
-        Self { full_size, crop, options, tiles }
+        Self { full_size, crop, options, tiles, correction: Vec::new() }
     }
 
     /// Width of the crop.
@@ -312,10 +315,14 @@ impl Film {
         out
     }
 
-    /// Mean radiance in rows, linear Rec.709.
+    /// The picture: mean radiance with the correction, in rows, linear Rec.709, not negative.
     #[must_use]
     pub fn beauty(&self) -> Vec<[f32; 3]> {
-        self.map(|t, i| t.pixels[i].mean().as_vec3().to_array())
+        let mut means = self.map(|t, i| t.pixels[i].mean().as_vec3().to_array());
+        for (mean, correction) in means.iter_mut().zip(&self.correction) {
+            *mean = std::array::from_fn(|c| (mean[c] + correction[c]).max(0.0));
+        }
+        means
     }
 }
 

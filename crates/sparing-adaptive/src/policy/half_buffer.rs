@@ -65,6 +65,7 @@ impl Policy for HalfBuffer {
                 .map(|(&n, &e)| if go_on(e) { doubled(n, barrier.bounds) } else { n })
                 .collect(),
             values: error.values.iter().map(|&e| (f64::from(e) - self.threshold) as f32).collect(),
+            lambda: None,
         }
     }
 }

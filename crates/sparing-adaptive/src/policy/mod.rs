@@ -1,19 +1,23 @@
 //! Policies: who gets more samples. One file each.
 
 mod half_buffer;
+mod planned;
 mod shapes;
 mod svm;
 mod threshold;
 mod uniform;
 
 pub use half_buffer::HalfBuffer;
+pub use planned::Planned;
 pub use shapes::Shapes;
 pub use svm::{Band, Svm};
+pub use threshold::Threshold;
 pub(crate) use threshold::{PERCEIVED_PER_RELATIVE, own_spread};
-pub use threshold::{Pooling, Threshold};
 pub use uniform::Uniform;
 
 use crate::goal::Bounds;
+use crate::ledger::{Ledger, Passed};
+use crate::pooling::Plane;
 use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
 use std::cell::OnceCell;
@@ -25,19 +29,34 @@ pub struct Barrier<'a> {
     /// Least and most samples.
     pub bounds: Bounds,
     exposure: f32,
+    ledger: &'a Ledger,
     view: OnceCell<View>,
 }
 
 impl<'a> Barrier<'a> {
     /// A barrier of a render with this exposure.
     #[must_use]
-    pub fn new(film: &'a Film, bounds: Bounds, exposure: f32) -> Self {
-        Self { film, bounds, exposure, view: OnceCell::new() }
+    pub fn new(film: &'a Film, ledger: &'a Ledger, bounds: Bounds, exposure: f32) -> Self {
+        Self { film, bounds, exposure, ledger, view: OnceCell::new() }
     }
 
     /// Statistics of all pixels; made when first asked for.
     pub fn view(&self) -> &View {
         self.view.get_or_init(|| View::new(self.film, self.exposure))
+    }
+
+    /// The pixels that these decisions send on though their plan does not ask for it.
+    pub(crate) fn passed(&self, decisions: &Decisions) -> Vec<Passed> {
+        if decisions.lambda.is_none() {
+            return Vec::new();
+        }
+        self.ledger.passing(self.view(), decisions, self.bounds)
+    }
+
+    /// The spread of each pixel's neighbours within this radius at the first barrier: what a pixel's plan comes from
+    /// (see [`Ledger`]). The radius must be the same in the whole render.
+    pub fn plan(&self, radius: usize) -> &Plane {
+        self.ledger.plan(|| self.view().plane(own_spread).others(radius))
     }
 }
 
@@ -48,6 +67,8 @@ pub struct Decisions {
     pub targets: Vec<u32>,
     /// The decision values, positive where a pixel goes on: how much it is worth. Empty if the policy has none.
     pub values: Vec<f32>,
+    /// The threshold of the plan, if the policy follows it.
+    pub lambda: Option<f64>,
 }
 
 /// Decides at every barrier which pixels get more samples.

@@ -27,6 +27,7 @@ impl Policy for Shapes {
         Decisions {
             targets: pixels.iter().map(|&(n, s)| if s > 1 { doubled(n, bounds) } else { n }).collect(),
             values: pixels.iter().map(|&(_, s)| s as f32 - 1.5).collect(),
+            lambda: None,
         }
     }
 }

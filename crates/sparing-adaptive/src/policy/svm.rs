@@ -1,9 +1,9 @@
 //! A support vector machine decides where the pooled rule is in doubt.
 
-use super::threshold::decision_value;
+use super::threshold::{PLAN_RADIUS, decision_value};
 use super::{Barrier, Decisions, Policy, Threshold, doubled};
-use crate::features::{FeatureMatrix, Query, log_gain};
-use crate::goal::Goal;
+use crate::features::{self, FeatureMatrix, Query};
+use crate::goal::{Goal, planned};
 use crate::machine::Machine;
 
 /// Where the machine decides: where the logarithm of the rule's gain over its threshold is between these.
@@ -60,19 +60,22 @@ impl Policy for Svm {
 
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let (view, bounds) = (barrier.view(), barrier.bounds);
-        let spread = self.rule.spread(view);
+        let spread = self.rule.spread(barrier);
         let lambda = self.rule.goal.threshold(view, &spread, bounds);
-        let mut decisions = Decisions::default();
+        let plan = &barrier.plan(PLAN_RADIUS).values;
+        let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
         let mut queries = Vec::new();
         for (pixel, (p, &spread)) in view.pixels.iter().zip(&spread.values).enumerate() {
-            let log_gain = log_gain(spread, p.count, lambda);
-            // Nothing is asked of the machine about pixels that have the most.
-            if self.band.contains(log_gain) && spread > 0.0 && p.count < bounds.max_spp {
-                queries.push(Query { pixel, log_gain });
+            let log_gain = features::log_gain(spread, p.count, lambda);
+            // Nothing is asked of the machine about pixels that have the most or less than their plan.
+            let open = p.count < bounds.max_spp && p.count >= planned(plan[pixel], lambda, bounds);
+            if self.band.contains(log_gain) && spread > 0.0 && open {
+                let plan_gain = features::log_gain(plan[pixel], p.count, lambda);
+                queries.push(Query { pixel, log_gain, plan_gain });
             }
             let gain = f64::from(spread) / f64::from(p.count.max(1));
             decisions.values.push(decision_value(gain, lambda));
-            let go_on = log_gain > self.band.go_on && spread > 0.0;
+            let go_on = (log_gain > self.band.go_on || !open) && log_gain > 0.0 && spread > 0.0;
             decisions.targets.push(if go_on { doubled(p.count, bounds) } else { p.count });
         }
         let matrix = FeatureMatrix::new(view, &queries, self.machine.features());

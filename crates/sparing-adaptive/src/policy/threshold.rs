@@ -3,47 +3,46 @@
 use super::{Barrier, Decisions, Policy, doubled};
 use crate::goal::Goal;
 use crate::pooling::Plane;
-use crate::view::{Statistics, View};
-
-/// How a pixel's spread is joined with its neighbours'.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pooling {
-    /// The larger of its own and the root mean square of 3 by 3.
-    #[default]
-    RootMeanSquare,
-    /// The largest of 3 by 3: less bias in rarely lit places, more samples.
-    Maximum,
-}
+use crate::view::Statistics;
 
 /// CIEDE2000 of a relative error of 1 at middle brightness (d L* = 116 / 3 Y^(1/3) dY / Y, at Y = 0.4): brings the two
 /// measures of error to one scale.
 pub(crate) const PERCEIVED_PER_RELATIVE: f32 = 28.0;
 
+/// What a pixel's own spread counts for against that of the neighbourhood.
+const OWN: f32 = std::f32::consts::SQRT_2;
+/// Neighbours of the plan, pixels to each side.
+pub(super) const PLAN_RADIUS: usize = 1;
+
 /// The pooled rule. A pixel's spread is the larger of its relative and its perceived error from block means, times the square
-/// root of its samples; it continues while the pooled spread divided by its samples exceeds lambda.
+/// root of its samples. It continues while the largest of its own spread, the root mean square of 3 by 3, and what its
+/// neighbours had in the first layer, divided by its samples, exceeds lambda. The last is the pixel's plan, without which
+/// dark places came out too dark (see [`Ledger`](crate::ledger::Ledger)).
 #[derive(Clone, Copy, Debug)]
 pub struct Threshold {
     /// What sets lambda.
     pub goal: Goal,
-    /// Neighbourhood.
-    pub pooling: Pooling,
 }
 
 impl Threshold {
     /// The pooled rule for a goal.
     #[must_use]
     pub fn new(goal: Goal) -> Self {
-        Self { goal, pooling: Pooling::default() }
+        Self { goal }
     }
 
-    /// The pooled spread of each pixel, in CIEDE2000 for one sample.
+    /// The spread of each pixel by which it is judged, in CIEDE2000 for one sample.
     #[must_use]
-    pub fn spread(&self, view: &View) -> Plane {
-        let own = view.plane(own_spread);
-        match self.pooling {
-            Pooling::RootMeanSquare => own.pooled(),
-            Pooling::Maximum => own.dilated(),
-        }
+    pub fn spread(&self, barrier: &Barrier<'_>) -> Plane {
+        let own = barrier.view().plane(own_spread);
+        let mut joined = own.mean_square();
+        let plan = &barrier.plan(PLAN_RADIUS).values;
+        let values = joined
+            .drain(..)
+            .zip(&own.values)
+            .zip(plan)
+            .map(|((mean_square, own), plan)| (mean_square.sqrt() as f32).max(OWN * own).max(*plan));
+        Plane { values: values.collect(), ..own }
     }
 }
 
@@ -61,9 +60,9 @@ impl Policy for Threshold {
 
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let view = barrier.view();
-        let spread = self.spread(view);
+        let spread = self.spread(barrier);
         let lambda = self.goal.threshold(view, &spread, barrier.bounds);
-        let mut decisions = Decisions::default();
+        let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
         for (pixel, &spread) in view.pixels.iter().zip(&spread.values) {
             let gain = f64::from(spread) / f64::from(pixel.count.max(1));
             // Zero spread never continues, whatever lambda.

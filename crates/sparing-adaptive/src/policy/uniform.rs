@@ -29,7 +29,8 @@ impl Policy for Uniform {
 
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let max = barrier.bounds.max_spp;
-        Decisions { targets: barrier.film.map(|t, i| next(t.pixels[i].count(), max)), values: Vec::new() }
+        let targets = barrier.film.map(|t, i| next(t.pixels[i].count(), max));
+        Decisions { targets, ..Decisions::default() }
     }
 }
 

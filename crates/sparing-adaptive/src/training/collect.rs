@@ -4,7 +4,7 @@ use super::label::{Doubling, Label};
 use super::random::Random;
 use super::replay::Replay;
 use crate::features::{Feature, FeatureMatrix, Query, log_gain};
-use crate::goal::{Bounds, Goal};
+use crate::goal::{Bounds, Goal, planned};
 use crate::policy::{Band, Threshold};
 use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
@@ -93,15 +93,18 @@ pub fn collect(scene: &Scene, size: [u32; 2], settings: RenderSettings, what: &C
             let shared = rule;
             replay.run(&mut rule, exposure, |barrier, levels| {
                 let view = barrier.view();
-                let spread = shared.spread(view);
+                let spread = shared.spread(barrier);
+                let plan = &barrier.plan(1).values;
                 let queries: Vec<Query> = (0..view.pixels.len())
                     .map(|i| Query {
                         pixel: i,
                         log_gain: log_gain(spread.values[i], view.pixels[i].count, lambda),
+                        plan_gain: log_gain(plan[i], view.pixels[i].count, lambda),
                     })
                     .filter(|q| {
                         let more = usize::from(levels[q.pixel]) + 1 < replay.films().len();
-                        what.band.contains(q.log_gain) && more && spread.values[q.pixel] > 0.0
+                        let open = view.pixels[q.pixel].count >= planned(plan[q.pixel], lambda, what.bounds);
+                        what.band.contains(q.log_gain) && more && open && spread.values[q.pixel] > 0.0
                     })
                     .collect();
                 let chosen = random.some_of(queries.len(), per_barrier(what, replays.len()));

@@ -1,6 +1,7 @@
 //! Layers of an even render, kept, so that policies can be replayed on them.
 
 use crate::goal::{Bounds, Goal};
+use crate::ledger::Ledger;
 use crate::policy::{Barrier, Policy, Threshold};
 use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
@@ -55,13 +56,14 @@ impl Replay {
     /// error, judged by the first layer. `None` if no pixel does.
     #[must_use]
     pub fn thresholds<const N: usize>(&self, exposure: f32, averages: [f64; N]) -> Option<[f64; N]> {
-        let view = View::new(&self.films[0], exposure);
-        let spread = Threshold::new(Goal::Average(1.0)).spread(&view);
+        let ledger = Ledger::default();
+        let barrier = Barrier::new(&self.films[0], &ledger, self.bounds, exposure);
+        let (view, spread) = (barrier.view(), Threshold::new(Goal::Average(1.0)).spread(&barrier));
         let lit =
             spread.values.iter().filter(|s| **s > 0.0).count() as f64 / spread.values.len().max(1) as f64;
         let least = f64::from(self.bounds.min_spp);
         let thresholds = averages.map(|average| {
-            Goal::Average(least + lit * (average - least)).threshold(&view, &spread, self.bounds)
+            Goal::Average(least + lit * (average - least)).threshold(view, &spread, self.bounds)
         });
         thresholds.iter().all(|t| t.is_finite() && *t > 0.0).then_some(thresholds)
     }
@@ -77,10 +79,14 @@ impl Replay {
         let mut film = self.films[0].clone();
         let width = film.width() as usize;
         let mut levels = vec![0_u8; width * film.height() as usize];
+        let mut ledger = Ledger::default();
         loop {
-            let barrier = Barrier::new(&film, self.bounds, exposure);
+            let barrier = Barrier::new(&film, &ledger, self.bounds, exposure);
             at_barrier(&barrier, &levels);
-            let targets = policy.decide(&barrier).targets;
+            let decisions = policy.decide(&barrier);
+            let passed = barrier.passed(&decisions);
+            ledger.note(passed);
+            let targets = &decisions.targets;
             let mut any = false;
             let [x0, y0, ..] = film.crop;
             for (number, tile) in film.tiles.iter_mut().enumerate() {
@@ -102,6 +108,8 @@ impl Replay {
                 }
             }
             if !any {
+                let view = View::new(&film, exposure);
+                film.correction = ledger.correction(&film, &view, &decisions, self.bounds);
                 return film;
             }
         }
@@ -119,21 +127,35 @@ mod tests {
     fn a_replay_is_the_render() {
         let path =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/tests/small-light.pbrt");
-        let description = sparing_scene::load(&path).expect("the scene loads");
+        let mut description = sparing_scene::load(&path).expect("the scene loads");
+        (description.film.width, description.film.height) = (20, 13); // the camera's size
         let scene = Scene::build(description, BuildOptions { threads: 1, robust: true }).expect("it builds");
         let bounds = Bounds { min_spp: 8, max_spp: 128 };
         let settings = RenderSettings::default();
         let replay = Replay::new(&scene, [20, 13], settings, bounds, FilmOptions::default());
         assert_eq!(replay.films().len(), 5);
-        for goal in [Goal::Average(24.0), Goal::Threshold(0.3)] {
+        let mut corrected = false;
+        for goal in [Goal::Average(24.0), Goal::Threshold(0.3), Goal::Threshold(5.0)] {
             let replayed = replay.run(&mut Threshold::new(goal), 1.5, |_, _| ());
             let mut film = Film::new([20, 13], [0, 0, 20, 13], FilmOptions::default());
             let renderer = Renderer::new(&scene, settings, FilmOptions::default());
             let limits = Limits { bounds, time: None, exposure: Some(1.5) };
             let stop = AtomicBool::new(false);
-            render(&renderer, &mut film, &mut Threshold::new(goal), &limits, &stop, &mut Unwatched);
+            let mut ledger = Ledger::default();
+            render(
+                &renderer,
+                &mut film,
+                &mut ledger,
+                &mut Threshold::new(goal),
+                &limits,
+                &stop,
+                &mut Unwatched,
+            );
             let pixels = |film: &Film| film.map(|t, i| t.pixels[i].clone());
             assert!(pixels(&film) == pixels(&replayed), "{goal:?}");
+            assert_eq!(film.beauty(), replayed.beauty(), "{goal:?}");
+            corrected |= !film.correction.is_empty();
         }
+        assert!(corrected);
     }
 }

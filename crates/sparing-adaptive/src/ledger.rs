@@ -1,0 +1,152 @@
+//! What a render remembers so that choosing pixels by their samples takes no light away.
+//!
+//! A pixel whose samples happen to be bright looks noisy, is sampled on and comes down; one whose samples happen to be dark stops
+//! and stays. Dark places lit by few bright samples come out too dark, by a third in the worst of our scenes. The cure:
+//!
+//! - The *plan* of a pixel is a number of samples set by its neighbours in the first layer and nothing else. Its mean at that
+//!   number is unbiased: its own samples had no say. Every pixel gets at least its plan.
+//! - A pixel that goes on beyond its plan, by its own samples, has its means noted on the way.
+//! - In the end, the difference between the mean by plan and the final mean is spread over the neighbourhood, in
+//!   proportion to how uncertain the pixels are. The sum over any neighbourhood is that of the plan: unbiased.
+//!
+//! So an outlier is sampled on, and its light goes to where it belongs, its neighbourhood.
+
+use crate::goal::{Bounds, planned};
+use crate::policy::Decisions;
+use crate::pooling::Plane;
+use crate::redistribute::spread_out;
+use crate::view::View;
+use sparing_image::film::Film;
+use std::cell::OnceCell;
+
+/// A goal's threshold moves from barrier to barrier, and the last one counts: it may rise by this before means are missing.
+const MOST_RISE: f64 = 4.0;
+
+/// Mean of a pixel at a barrier that it passed beyond its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Passed {
+    pixel: u32,
+    count: u32,
+    mean: [f32; 3],
+}
+
+/// See the module. One a render, empty at first.
+#[derive(Clone, Debug, Default)]
+pub struct Ledger {
+    plan: OnceCell<Plane>,
+    passed: Vec<Passed>,
+}
+
+impl Ledger {
+    /// For each pixel, the spread that its neighbours had at the first barrier where this was asked for; `view` is that of
+    /// the barrier.
+    pub fn plan(&self, spread: impl FnOnce() -> Plane) -> &Plane {
+        self.plan.get_or_init(spread)
+    }
+
+    /// The pixels that go on though their plan does not ask for it, or would not if the threshold rose.
+    pub(crate) fn passing(&self, view: &View, decisions: &Decisions, bounds: Bounds) -> Vec<Passed> {
+        let (Some(plan), Some(lambda)) = (self.plan.get(), decisions.lambda) else { return Vec::new() };
+        let pixels = view.pixels.iter().zip(&decisions.targets).zip(&plan.values).enumerate();
+        pixels
+            .filter(|(_, ((p, target), plan))| {
+                **target > p.count && p.count >= planned(**plan, MOST_RISE * lambda, bounds)
+            })
+            .map(|(pixel, ((p, _), _))| Passed {
+                pixel: pixel as u32,
+                count: p.count,
+                mean: p.mean.map(|m| m / view.exposure),
+            })
+            .collect()
+    }
+
+    /// Notes them.
+    pub(crate) fn note(&mut self, passed: Vec<Passed>) {
+        self.passed.extend(passed);
+    }
+
+    /// The correction of a film that is finished; empty if no pixel went beyond its plan. Decisions are the last ones.
+    #[must_use]
+    pub(crate) fn correction(
+        &self,
+        film: &Film,
+        view: &View,
+        decisions: &Decisions,
+        bounds: Bounds,
+    ) -> Vec<[f32; 3]> {
+        let (Some(plan), Some(lambda)) = (self.plan.get(), decisions.lambda) else { return Vec::new() };
+        let mut taken = vec![[0.0_f32; 3]; view.pixels.len()];
+        let mut any = false;
+        let means = film.map(|t, i| t.pixels[i].mean().as_vec3().to_array());
+        for p in &self.passed {
+            let pixel = p.pixel as usize;
+            if p.count == planned(plan.values[pixel], lambda, bounds) {
+                taken[pixel] = std::array::from_fn(|c| p.mean[c] - means[pixel][c]);
+                any = true;
+            }
+        }
+        if any { spread_out(view, &taken) } else { Vec::new() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::goal::Goal;
+    use crate::policy::{Barrier, Policy, Threshold};
+    use glam::Vec3;
+    use sparing_image::film::FilmOptions;
+    use testkit::svm_data::Random;
+
+    const SIDE: u32 = 24;
+    const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 128 };
+    const TRUTH: f64 = 0.02 * 1.0 + 0.01;
+
+    /// Renders a dark wall that one sample in fifty lights up; gives the sums of the means and of the corrected ones.
+    fn wall(seed: u64) -> [f64; 2] {
+        let mut random = Random::new(seed);
+        let mut film = Film::new([SIDE, SIDE], [0, 0, SIDE, SIDE], FilmOptions::default());
+        let mut ledger = Ledger::default();
+        let mut policy = Threshold::new(Goal::Average(24.0));
+        let mut decisions = Decisions { targets: vec![8; (SIDE * SIDE) as usize], ..Decisions::default() };
+        loop {
+            let mut any = false;
+            for tile in &mut film.tiles {
+                for i in 0..tile.pixels.len() {
+                    let (x, y) = tile.position(i);
+                    while tile.pixels[i].count() < decisions.targets[(y * SIDE + x) as usize] {
+                        let light = if random.uniform() < 0.02 { 1.0 } else { 0.0 };
+                        tile.pixels[i].add(Vec3::splat(light + 0.01));
+                        any = true;
+                    }
+                }
+            }
+            if !any {
+                break;
+            }
+            let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
+            decisions = policy.decide(&barrier);
+            let passed = barrier.passed(&decisions);
+            ledger.note(passed);
+        }
+        let sum = |film: &Film| film.beauty().iter().map(|p| f64::from(p[0])).sum::<f64>();
+        let plain = sum(&film);
+        film.correction = ledger.correction(&film, &View::new(&film, 1.0), &decisions, BOUNDS);
+        [plain, sum(&film)]
+    }
+
+    #[test]
+    fn choosing_pixels_by_their_samples_takes_no_light_away() {
+        let trials: Vec<[f64; 2]> = (0..60).map(wall).collect();
+        let z_and_bias = |k: usize| {
+            let n = trials.len() as f64;
+            let values = trials.iter().map(|t| t[k] / f64::from(SIDE * SIDE) / TRUTH - 1.0);
+            let mean = values.clone().sum::<f64>() / n;
+            let variance = values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
+            (mean / (variance / n).sqrt(), mean)
+        };
+        let (plain, corrected) = (z_and_bias(0), z_and_bias(1));
+        assert!(plain.1 < -0.1, "without the correction the wall is dark: {plain:?}");
+        assert!(corrected.0.abs() < 4.0 && corrected.1.abs() < 0.02, "{corrected:?}");
+    }
+}
