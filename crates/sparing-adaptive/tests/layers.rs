@@ -278,7 +278,8 @@ fn hostile_films_give_finite_statistics_and_decisions() {
                         assert_eq!(d.targets.len(), (side * side) as usize);
                         assert!(d.values.iter().all(|v| v.is_finite()), "{name}: {:?}", d.values);
                         let still = d.targets.iter().all(|t| *t as usize == samples.len());
-                        if matches!(name, "black" | "constant") {
+                        // The plan's first layer is longer.
+                        if matches!(name, "black" | "constant") && policy.name() == "threshold" {
                             assert!(still, "{name} is converged");
                         }
                         let threshold = policy.name() == "threshold" || side > 1; // alone, nobody plans
