@@ -85,7 +85,7 @@ fn the_gain_as_the_only_feature_is_the_rule() {
 fn the_machine_decides_inside_the_band_only() {
     let (film, ledger) = (film(), Ledger::default());
     let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
-    let goal = Goal::Threshold(0.5);
+    let goal = Goal::Threshold(0.8);
     let targets = |rho: f64| {
         let mut svm = Svm::new(goal, Machine::new(&linear(0.0, rho), &card(&["log-gain"], 4.0)).unwrap());
         (svm.decide(&barrier).targets, svm.decided)
