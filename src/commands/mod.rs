@@ -2,6 +2,7 @@
 
 mod compare;
 mod info;
+mod machine;
 mod options;
 mod render;
 mod study;

@@ -2,14 +2,11 @@
 
 use super::RenderArguments;
 use crate::commands::Usage;
+use crate::commands::machine::shipped;
 use clap::ValueEnum;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Policy, Shapes, Svm, Threshold, Uniform};
-
-/// The machine that `sparing train` made; its card has the command.
-const MODEL: &str = include_str!("../../../models/svm/default.model");
-const CARD: &str = include_str!("../../../models/svm/default.model.toml");
+use sparing_adaptive::policy::{Planned, Policy, Shapes, Svm, Threshold, Uniform};
 
 /// The policies by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -31,6 +28,7 @@ pub(super) struct Choice {
     name: PolicyName,
     goal: Goal,
     machine: Option<Machine>,
+    unbiased: bool,
     pub(super) bounds: Bounds,
     pub(super) exposure: Option<f32>,
 }
@@ -44,10 +42,13 @@ impl Choice {
         let exposure = a.judge_exposure.map(f32::exp2);
         let machine = match (&a.model, a.policy) {
             (Some(path), PolicyName::Svm) => Some(Machine::read(path)?),
-            (None, PolicyName::Svm) => Some(Machine::from_text(MODEL, CARD)?),
+            (None, PolicyName::Svm) => Some(shipped()?),
             (Some(_), _) => return Err(Usage::error("--model is for --policy svm")),
             (None, _) => None,
         };
+        if a.unbiased && !matches!(a.policy, PolicyName::Threshold | PolicyName::Svm) {
+            return Err(Usage::error("--unbiased is for --policy threshold and svm; the others are"));
+        }
         if a.policy == PolicyName::Uniform {
             let extra = [
                 a.tolerance.map(|_| "tolerance"),
@@ -65,6 +66,7 @@ impl Choice {
                 name: a.policy,
                 goal: Goal::Average(f64::from(max_spp)),
                 machine,
+                unbiased: false,
                 bounds,
                 exposure,
             });
@@ -84,11 +86,21 @@ impl Choice {
             Some(n) => Goal::Average(f64::from(n)),
             None => Goal::Tolerance(a.tolerance.unwrap_or(1.0)),
         };
-        Ok(Self { name: a.policy, goal, machine, bounds: Bounds { min_spp, max_spp }, exposure })
+        Ok(Self {
+            name: a.policy,
+            goal,
+            machine,
+            unbiased: a.unbiased,
+            bounds: Bounds { min_spp, max_spp },
+            exposure,
+        })
     }
 
     /// The policy, ready to run.
     pub(super) fn policy(&self) -> Box<dyn Policy> {
+        if self.unbiased {
+            return Box::new(Planned { goal: self.goal });
+        }
         match (self.name, &self.machine) {
             (PolicyName::Svm, Some(machine)) => Box::new(Svm::new(self.goal, machine.clone())),
             (PolicyName::Uniform, _) => Box::new(Uniform),
@@ -101,16 +113,5 @@ impl Choice {
     /// The policy's name.
     pub(super) fn name(&self) -> &'static str {
         self.policy().name()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_model_in_the_program_is_sound() {
-        let machine = Machine::from_text(MODEL, CARD).expect("the model in the program");
-        assert!((1..=256).contains(&machine.vectors()));
     }
 }

@@ -40,6 +40,10 @@ pub struct RenderArguments {
     /// Model of the policy svm, with its card beside it. Default: the one in the program.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
+    /// Policies threshold and svm: a pixel's own samples have no say in how many it gets, so that every pixel's mean is unbiased.
+    /// Half as many samples again. Without it, sums over neighbourhoods are unbiased.
+    #[arg(long)]
+    unbiased: bool,
     /// Adaptive policies: render until the predicted mean error of the pixels is T just noticeable differences (CIEDE2000).
     /// Default: 1, unless --spp is given.
     #[arg(long, value_name = "T", value_parser = tolerance, conflicts_with = "spp", allow_negative_numbers = true)]

@@ -51,7 +51,7 @@ pub(super) struct StudyArguments {
         value_name = "NAME,..",
         value_enum,
         value_delimiter = ',',
-        default_value = "uniform,threshold,shapes,half-buffer"
+        default_value = "uniform,threshold,svm,planned,shapes,half-buffer"
     )]
     policies: Vec<PolicyName>,
     /// Policies are compared at the errors that uniform sampling has at these samples per pixel.

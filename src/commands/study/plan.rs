@@ -2,13 +2,15 @@
 
 use super::StudyArguments;
 use crate::commands::Usage;
+use crate::commands::machine::shipped;
 use crate::commands::render::load;
 use crate::session::cpu::thread_seconds;
 use anyhow::Context;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sparing_adaptive::goal::{Bounds, Goal};
-use sparing_adaptive::policy::{HalfBuffer, Policy, Shapes, Threshold, Uniform};
+use sparing_adaptive::machine::Machine;
+use sparing_adaptive::policy::{HalfBuffer, Planned, Policy, Shapes, Svm, Threshold, Uniform};
 use std::path::PathBuf;
 
 /// Samples that every pixel gets, as in `sparing render`.
@@ -22,6 +24,10 @@ pub(super) enum PolicyName {
     Uniform,
     /// Pixels whose estimated error gains most from more samples.
     Threshold,
+    /// The same, but a support vector machine decides where the estimate is in doubt.
+    Svm,
+    /// Pixels whose neighbours were noisy in the first layer: `--unbiased`.
+    Planned,
     /// Pixels that show several shapes get the most, the others the least.
     Shapes,
     /// Pixels that differ from the mean of half of their samples (Dammertz et al. 2010, as in Cycles).
@@ -85,6 +91,8 @@ impl PolicyName {
         match self {
             Self::Uniform => "uniform",
             Self::Threshold => "threshold",
+            Self::Svm => "svm",
+            Self::Planned => "planned",
             Self::Shapes => "shapes",
             Self::HalfBuffer => "half-buffer",
         }
@@ -101,7 +109,7 @@ impl PolicyName {
                 all.dedup();
                 all.into_iter().map(Knob::Spp).collect()
             }
-            Self::Threshold => {
+            Self::Threshold | Self::Svm | Self::Planned => {
                 let halves = doubling().flat_map(|n| [n, n / 2 * 3]);
                 let inside = halves.filter(move |n| (MIN_SPP + 1..=max_spp).contains(n));
                 inside.map(Knob::Average).collect()
@@ -115,24 +123,32 @@ impl PolicyName {
 
     /// Tolerances to render with, besides the curve.
     pub(super) fn tolerances(self) -> &'static [f64] {
-        if self == Self::Threshold { &[2.0, 1.0] } else { &[] }
+        if matches!(self, Self::Threshold | Self::Svm) { &[2.0, 1.0] } else { &[] }
     }
 
     /// Whether the sweep may end where all levels have been reached.
     pub(super) fn ends_early(self) -> bool {
-        matches!(self, Self::Threshold | Self::HalfBuffer)
+        !matches!(self, Self::Uniform | Self::Shapes)
     }
 
     /// The policy at a setting, and its bounds.
-    pub(super) fn policy(self, knob: Knob, max_spp: u32) -> (Box<dyn Policy>, Bounds) {
+    pub(super) fn policy(self, knob: Knob, plan: &Plan) -> (Box<dyn Policy>, Bounds) {
+        let max_spp = plan.max_spp;
         let bounds = Bounds { min_spp: MIN_SPP.min(max_spp), max_spp };
+        let ranking = |goal: Goal| -> Box<dyn Policy> {
+            match self {
+                Self::Svm => Box::new(Svm::new(goal, plan.machine.clone())),
+                Self::Planned => Box::new(Planned { goal }),
+                _ => Box::new(Threshold::new(goal)),
+            }
+        };
         let policy: Box<dyn Policy> = match (self, knob) {
             (_, Knob::Spp(n)) => {
                 return (Box::new(Uniform), Bounds { min_spp: MIN_SPP.min(n), max_spp: n });
             }
             (_, Knob::MaxSpp(n)) => return (Box::new(Shapes), Bounds { max_spp: n, ..bounds }),
-            (_, Knob::Average(n)) => Box::new(Threshold::new(Goal::Average(f64::from(n)))),
-            (_, Knob::Tolerance(t)) => Box::new(Threshold::new(Goal::Tolerance(t))),
+            (_, Knob::Average(n)) => ranking(Goal::Average(f64::from(n))),
+            (_, Knob::Tolerance(t)) => ranking(Goal::Tolerance(t)),
             (_, Knob::Threshold(threshold)) => Box::new(HalfBuffer { threshold }),
         };
         (policy, bounds)
@@ -163,6 +179,8 @@ pub(super) struct Plan {
     pub(super) threads: usize,
     pub(super) resume: bool,
     pub(super) clock: Clock,
+    /// Of the policy svm.
+    pub(super) machine: Machine,
 }
 
 impl Plan {
@@ -204,6 +222,7 @@ impl Plan {
             threads: a.threads,
             resume: a.resume,
             clock: a.clock,
+            machine: shipped()?,
         })
     }
 

@@ -229,7 +229,9 @@ fn look(policy: PolicyName) -> (usize, Colour) {
     let kind = match policy {
         PolicyName::Threshold => 0,
         PolicyName::HalfBuffer => 1,
-        PolicyName::Shapes => 2,
+        PolicyName::Svm => 2,
+        PolicyName::Planned => 4,
+        PolicyName::Shapes => 5,
         PolicyName::Uniform => return (3, [70, 70, 70]),
     };
     (kind, COLOURS[kind])

@@ -85,6 +85,18 @@ pub(super) struct SummaryRow {
     pub(super) oracle_share: Option<f64>,
 }
 
+/// A learned policy against the rule that it starts from, at a level.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Against {
+    pub(super) level: u32,
+    pub(super) policy: PolicyName,
+    /// Render time over that of `threshold`: geometric mean and largest of the scenes where both reach the error. In the order
+    /// of [`Metric::ALL`].
+    pub(super) time: Vec<Option<[f64; 2]>>,
+    /// Samples over those of `threshold`.
+    pub(super) spp: Vec<Option<[f64; 2]>>,
+}
+
 /// Everything.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Study {
@@ -101,6 +113,8 @@ pub(super) struct Study {
     /// Geometric mean of the oracle's ratio over scenes, for each level.
     pub(super) oracle: Vec<Option<f64>>,
     pub(super) summary: Vec<SummaryRow>,
+    /// `svm` against `threshold`, for each level.
+    pub(super) against: Vec<Against>,
 }
 
 impl Study {
@@ -115,6 +129,11 @@ impl Study {
                 summary.push(summarise(level, policy, &scenes, *oracle));
             }
         }
+        let both = [PolicyName::Svm, PolicyName::Threshold];
+        let against = match both.iter().all(|p| plan.policies.contains(p)) {
+            true => plan.levels.iter().map(|&level| against(level, both, &scenes)).collect(),
+            false => Vec::new(),
+        };
         let threads = match plan.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n,
@@ -132,6 +151,7 @@ impl Study {
             scenes,
             oracle,
             summary,
+            against,
         }
     }
 
@@ -216,4 +236,24 @@ fn summarise(level: u32, policy: PolicyName, scenes: &[SceneResult], oracle: Opt
         spp,
         worst_bias: [worst(0), worst(1)],
     }
+}
+
+/// Ratios of the first policy's cost to the second's at equal error.
+fn against(level: u32, [policy, base]: [PolicyName; 2], scenes: &[SceneResult]) -> Against {
+    let row = |s: &'_ SceneResult, p: PolicyName, i: usize, f: fn(&Row) -> &Vec<Option<Ratio>>| {
+        let row = s.rows.iter().find(|r| r.level == level && r.policy == p)?;
+        match f(row)[i] {
+            Some(Ratio::Exactly(v)) => Some(v),
+            _ => None,
+        }
+    };
+    let ratios = |f: fn(&Row) -> &Vec<Option<Ratio>>| -> Vec<Option<[f64; 2]>> {
+        let of = |i: usize| {
+            let all: Vec<f64> =
+                scenes.iter().filter_map(|s| Some(row(s, policy, i, f)? / row(s, base, i, f)?)).collect();
+            Some([geometric(&all)?, all.iter().copied().fold(0.0, f64::max)])
+        };
+        (0..Metric::ALL.len()).map(of).collect()
+    };
+    Against { level, policy, time: ratios(|r| &r.time), spp: ratios(|r| &r.spp) }
 }

@@ -68,7 +68,7 @@ fn scene(
                 None => {
                     if !warm {
                         // Caches and clocks settle in a render that does not count.
-                        let (mut uniform, bounds) = PolicyName::Uniform.policy(Knob::Spp(8), plan.max_spp);
+                        let (mut uniform, bounds) = PolicyName::Uniform.policy(Knob::Spp(8), plan);
                         stage.render(&mut *uniform, bounds, plan.seed, interrupt, None);
                         warm = true;
                     }
@@ -114,7 +114,7 @@ fn measure(
     progress: &Progress,
 ) -> Option<Rendered> {
     let once = || {
-        let (mut policy, bounds) = policy.policy(knob, plan.max_spp);
+        let (mut policy, bounds) = policy.policy(knob, plan);
         stage.render(&mut *policy, bounds, plan.seed, interrupt, progress.bar.as_ref())
     };
     let first = once()?;

@@ -63,6 +63,18 @@ pub(super) fn text(study: &Study) -> String {
         if let Some(oracle) = oracle {
             let _ = writeln!(out, "oracle's samples: {oracle:.2}");
         }
+        for a in study.against.iter().filter(|a| a.level == *level) {
+            let cell = |v: &Option<[f64; 2]>, i: usize| v.map_or("-".to_owned(), |v| format!("{:.2}", v[i]));
+            for (i, what) in ["mean", "worst"].into_iter().enumerate() {
+                let cells = a
+                    .time
+                    .iter()
+                    .zip(&a.spp)
+                    .map(|(t, s)| format!("{:>15}", format!("{} ({})", cell(t, i), cell(s, i))));
+                let name = format!("svm/thr. {what}");
+                let _ = writeln!(out, "{name:<14}{}", cells.collect::<String>());
+            }
+        }
         for scene in &study.scenes {
             let _ = writeln!(out, "\n{} at uniform {level} spp", scene.runs.name);
             for r in scene.rows.iter().filter(|r| r.level == *level) {
