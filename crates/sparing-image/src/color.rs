@@ -1,5 +1,7 @@
 //! Colour: linear Rec.709, XYZ, Lab with white D65, the sRGB transfer function, CIEDE2000, exposure.
 
+pub mod fast;
+
 use rayon::prelude::*;
 
 /// XYZ of linear Rec.709 white (1, 1, 1), D65 with Y = 1: the row sums of [`rgb_to_xyz`]'s matrix.
