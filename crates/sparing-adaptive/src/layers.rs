@@ -123,15 +123,17 @@ pub fn render(
         predicted_error: None,
         decisions: Vec::new(),
     };
-    let mut done = film.samples();
+    let mut counts = film.map(|t, i| t.pixels[i].count());
+    let mut done = counts.iter().map(|n| u64::from(*n)).sum();
+    let mut view = None;
     let first = policy.first_target(bounds);
     let mut decisions = Decisions { targets: vec![first; pixels as usize], values: Vec::new() };
-    if done > 0 && pending(film, &decisions.targets).is_none() {
+    if done > 0 && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
-        decisions = decide(policy, film, bounds, &mut outcome);
+        decisions = decide(policy, film, bounds, &mut view, &mut outcome);
     }
     loop {
-        let Some((spp, active_pixels)) = pending(film, &decisions.targets) else {
+        let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
             let all = decisions.targets.iter().all(|&t| t >= bounds.max_spp);
             outcome.stopped_by = if all { StoppedBy::Spp } else { StoppedBy::Policy };
             break;
@@ -154,7 +156,8 @@ pub fn render(
         };
         let decide_start = Instant::now();
         if stopped.is_none() {
-            decisions = decide(policy, film, bounds, &mut outcome);
+            counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
+            decisions = decide(policy, film, bounds, &mut view, &mut outcome);
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
@@ -163,28 +166,36 @@ pub fn render(
             break;
         }
     }
-    outcome.seconds = start.elapsed().as_secs_f64();
+    outcome.decisions = decisions.values;
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
-        outcome.predicted_error = Some(predicted_error(&View::new(film, exposure)));
+        let barrier = Barrier::with_view(film, bounds, exposure, view);
+        outcome.predicted_error = Some(predicted_error(barrier.view()));
     }
+    outcome.seconds = start.elapsed().as_secs_f64();
     outcome
 }
 
-/// Asks the policy; notes the exposure and the decision values.
-fn decide(policy: &mut dyn Policy, film: &Film, bounds: Bounds, outcome: &mut Outcome) -> Decisions {
+/// Asks the policy; notes the exposure and keeps the view.
+fn decide(
+    policy: &mut dyn Policy,
+    film: &Film,
+    bounds: Bounds,
+    view: &mut Option<View>,
+    outcome: &mut Outcome,
+) -> Decisions {
     if policy.uses_exposure() && outcome.exposure.is_none() {
         outcome.exposure = Some(View::auto_exposure(film));
     }
-    let decisions = policy.decide(&Barrier::new(film, bounds, outcome.exposure.unwrap_or(1.0)));
-    outcome.decisions.clone_from(&decisions.values);
+    let barrier = Barrier::with_view(film, bounds, outcome.exposure.unwrap_or(1.0), view.take());
+    let decisions = policy.decide(&barrier);
+    *view = barrier.into_view();
     decisions
 }
 
 /// The most samples that a pixel is to get, and the number of pixels that get any; `None` if no pixel does.
-fn pending(film: &Film, targets: &[u32]) -> Option<(u32, u64)> {
-    let counts = film.map(|t, i| t.pixels[i].count());
+fn pending(counts: &[u32], targets: &[u32]) -> Option<(u32, u64)> {
     let (mut spp, mut active) = (0, 0);
-    for (count, &target) in counts.into_iter().zip(targets) {
+    for (&count, &target) in counts.iter().zip(targets) {
         if target > count {
             spp = spp.max(target);
             active += 1;

@@ -22,6 +22,7 @@ pub mod layers;
 pub mod machine;
 pub mod policy;
 pub mod pooling;
+mod statistics;
 pub mod study;
 pub mod training;
 pub mod view;
