@@ -7,7 +7,7 @@
 use crate::policy::own_spread;
 use crate::view::{Statistics, View};
 use rayon::prelude::*;
-use sparing_image::color::{ciede2000, luminance, rgb_to_lab};
+use sparing_image::color::{fast, luminance, rgb_to_lab};
 
 /// One feature of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -209,10 +209,10 @@ impl<'a> Around<'a> {
                 log(squares.sqrt() * root(p), 1e-5)
             }
             Feature::PerceivedError => log(perceived(p), 1e-3),
-            Feature::HalfDifference => log(half_difference(p) * root(p), 1e-3),
-            Feature::Lightness => display_lab(p.mean.map(f64::from))[0],
-            Feature::GreenRed => display_lab(p.mean.map(f64::from))[1],
-            Feature::BlueYellow => display_lab(p.mean.map(f64::from))[2],
+            Feature::HalfDifference => log(f64::from(p.perceived_half_difference) * root(p), 1e-3),
+            Feature::Lightness => p.lab[0].into(),
+            Feature::GreenRed => p.lab[1].into(),
+            Feature::BlueYellow => p.lab[2].into(),
             Feature::Luminance => log(luminance(p.mean), 1e-4),
             Feature::Peak => log(f64::from(p.peak), 1e-2),
             Feature::Zeros => f64::from(p.zeros),
@@ -223,9 +223,10 @@ impl<'a> Around<'a> {
             Feature::PeakMean => log(self.mean(|p| p.peak.into()), 1e-2),
             Feature::PeakMax => log(self.max(|p| p.peak.into()), 1e-2),
             Feature::NeighbourDistance => {
-                let mean = std::array::from_fn(|c| self.mean(|p| p.mean[c].into()));
-                let (a, b) = (display_lab(p.mean.map(f64::from)), display_lab(mean));
-                log((a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2]), 1e-2)
+                let mean: [f64; 3] = std::array::from_fn(|c| self.mean(|p| p.mean[c].into()));
+                let mean = fast::rgb_to_lab(mean.map(|x| x.clamp(0.0, 1.0) as f32));
+                let squares: f32 = p.lab.iter().zip(mean).map(|(a, b)| (a - b) * (a - b)).sum();
+                log(squares.sqrt().into(), 1e-2)
             }
             Feature::Gain => query.log_gain,
             // A plan of nothing says nothing beyond the band.
@@ -251,15 +252,6 @@ fn perceived(p: &Statistics) -> f64 {
 #[must_use]
 pub fn display_lab(rgb: [f64; 3]) -> [f64; 3] {
     rgb_to_lab(rgb.map(|x| x.clamp(0.0, 1.0)))
-}
-
-fn half_difference(p: &Statistics) -> f64 {
-    let half = |sign: f64| {
-        display_lab(std::array::from_fn(|c| {
-            f64::from(p.mean[c]) + sign * 0.5 * f64::from(p.half_difference[c])
-        }))
-    };
-    if p.half_difference == [0.0; 3] { 0.0 } else { ciede2000(half(1.0), half(-1.0)) }
 }
 
 #[cfg(test)]

@@ -31,7 +31,6 @@ pub struct Bounds {
 const MEAN_OF_NORMAL: f64 = 0.798;
 /// Pixels looked at, evenly spread, to find a threshold.
 const SAMPLE: usize = 1 << 16;
-const STEPS: usize = 50;
 
 /// Most samples of a plan over those of the first layer: the first layer cannot justify more, and one outlier must not send
 /// all around it to the maximum.
@@ -57,21 +56,52 @@ pub fn predicted_error(view: &View) -> f64 {
     sum / view.pixels.len().max(1) as f64 * MEAN_OF_NORMAL / BLOCK_EXCESS
 }
 
-/// One pixel as the search sees it.
-struct Candidate {
-    count: u32,
-    spread: f64,
-    error: f64,
+/// What pixels would do at every threshold: changes of a sum by the gain at which a pixel doubles. Bins are the bits of
+/// the gain as f32, whose order is that of the numbers: 128 an octave, so that the threshold is found to 0.8 %.
+struct Histogram {
+    bins: Vec<f64>,
+    /// The sum if no pixel goes on.
+    start: f64,
+    pixels: usize,
 }
 
-impl Candidate {
-    /// Samples in the end if lambda is the threshold.
-    fn final_count(&self, lambda: f64, bounds: Bounds) -> u32 {
-        let mut n = self.count.max(bounds.min_spp).max(1);
-        while n < bounds.max_spp && self.spread > lambda * f64::from(n) {
+impl Histogram {
+    const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - 7;
+
+    fn new() -> Self {
+        Self { bins: vec![0.0; (f32::INFINITY.to_bits() >> Self::SHIFT) as usize + 1], start: 0.0, pixels: 0 }
+    }
+
+    /// Adds a pixel that has `count` samples and this spread: `value` gives its part of the sum at a count.
+    fn add(&mut self, count: u32, spread: f32, bounds: Bounds, value: impl Fn(u32) -> f64) {
+        let mut n = count.max(bounds.min_spp).max(1);
+        let mut last = value(n);
+        self.start += last;
+        self.pixels += 1;
+        while n < bounds.max_spp && spread > 0.0 {
+            let gain = spread / n as f32;
             n = n.saturating_mul(2).min(bounds.max_spp);
+            let next = value(n);
+            self.bins[(gain.to_bits() >> Self::SHIFT) as usize] += next - last;
+            last = next;
         }
-        n
+    }
+
+    /// The largest threshold at which the mean has passed `goal`, from above if `falling`.
+    fn threshold(&self, goal: f64, falling: bool) -> f64 {
+        let goal = goal * self.pixels as f64;
+        let reached = |sum: f64| if falling { sum <= goal } else { sum >= goal };
+        let mut sum = self.start;
+        if reached(sum) {
+            return f64::INFINITY;
+        }
+        for (bin, change) in self.bins.iter().enumerate().rev() {
+            sum += change;
+            if reached(sum) {
+                return f32::from_bits((bin as u32) << Self::SHIFT).into();
+            }
+        }
+        0.0
     }
 }
 
@@ -81,44 +111,24 @@ impl Goal {
     #[must_use]
     pub fn threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
         let stride = view.pixels.len().div_ceil(SAMPLE).max(1);
-        let candidates: Vec<Candidate> = view
-            .pixels
-            .iter()
-            .zip(&spread.values)
-            .step_by(stride)
-            .map(|(p, &s)| Candidate {
-                count: p.count,
-                spread: f64::from(s),
-                error: f64::from(p.perceived_error) * MEAN_OF_NORMAL / BLOCK_EXCESS,
-            })
-            .collect();
-        let mean = |f: &dyn Fn(&Candidate) -> f64| {
-            candidates.iter().map(f).sum::<f64>() / candidates.len().max(1) as f64
-        };
-        // Whether lambda asks for too little: the error is above, the average below the goal.
-        let too_lax = |lambda: f64| match self {
-            Self::Threshold(_) => false,
+        let candidates = view.pixels.iter().zip(&spread.values).step_by(stride);
+        let mut histogram = Histogram::new();
+        match self {
+            Self::Threshold(lambda) => lambda,
             Self::Tolerance(t) => {
-                mean(&|c| c.error * (f64::from(c.count) / f64::from(c.final_count(lambda, bounds))).sqrt())
-                    > t
+                for (p, &spread) in candidates {
+                    let error = f64::from(p.perceived_error) * MEAN_OF_NORMAL / BLOCK_EXCESS;
+                    let error = error * f64::from(p.count).sqrt();
+                    histogram.add(p.count, spread, bounds, |n| error / f64::from(n).sqrt());
+                }
+                histogram.threshold(t, true)
             }
-            Self::Average(n) => mean(&|c| f64::from(c.final_count(lambda, bounds))) < n,
-        };
-        if let Self::Threshold(lambda) = self {
-            return lambda;
+            Self::Average(n) => {
+                for (p, &spread) in candidates {
+                    histogram.add(p.count, spread, bounds, f64::from);
+                }
+                histogram.threshold(n, false)
+            }
         }
-        if !too_lax(f64::INFINITY) {
-            return f64::INFINITY;
-        }
-        if too_lax(0.0) {
-            return 0.0;
-        }
-        let largest = candidates.iter().map(|c| c.spread).fold(0.0, f64::max);
-        let (mut low, mut high) = (largest.max(f64::MIN_POSITIVE).log2() - 80.0, largest.log2() + 1.0);
-        for _ in 0..STEPS {
-            let middle = 0.5 * (low + high);
-            if too_lax(middle.exp2()) { high = middle } else { low = middle }
-        }
-        low.exp2()
     }
 }

@@ -125,15 +125,17 @@ pub fn render(
         predicted_error: None,
         decisions: Vec::new(),
     };
-    let mut done = film.samples();
+    let mut counts = film.map(|t, i| t.pixels[i].count());
+    let mut done = counts.iter().map(|n| u64::from(*n)).sum();
+    let mut view = None;
     let first = policy.first_target(bounds);
     let mut decisions = Decisions { targets: vec![first; pixels as usize], ..Decisions::default() };
-    if done > 0 && pending(film, &decisions.targets).is_none() {
+    if done > 0 && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
-        decisions = decide(policy, film, ledger, bounds, &mut outcome);
+        decisions = decide(policy, film, ledger, bounds, &mut view, &mut outcome);
     }
     loop {
-        let Some((spp, active_pixels)) = pending(film, &decisions.targets) else {
+        let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
             let all = decisions.targets.iter().all(|&t| t >= bounds.max_spp);
             outcome.stopped_by = if all { StoppedBy::Spp } else { StoppedBy::Policy };
             break;
@@ -156,7 +158,8 @@ pub fn render(
         };
         let decide_start = Instant::now();
         if stopped.is_none() {
-            decisions = decide(policy, film, ledger, bounds, &mut outcome);
+            counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
+            decisions = decide(policy, film, ledger, bounds, &mut view, &mut outcome);
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
@@ -166,38 +169,41 @@ pub fn render(
         }
     }
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
-        let view = View::new(film, exposure);
-        outcome.predicted_error = Some(predicted_error(&view));
-        film.correction = ledger.correction(film, &view, &decisions, bounds);
+        let barrier = Barrier::with_view(film, ledger, bounds, exposure, view);
+        outcome.predicted_error = Some(predicted_error(barrier.view()));
+        let correction = ledger.correction(film, barrier.view(), &decisions, bounds);
+        film.correction = correction;
     }
+    outcome.decisions = decisions.values;
     outcome.seconds = start.elapsed().as_secs_f64();
     outcome
 }
 
-/// Asks the policy; notes the exposure, the decision values and who goes on beyond the plan.
+/// Asks the policy; notes the exposure and who goes on beyond the plan, and keeps the view.
 fn decide(
     policy: &mut dyn Policy,
     film: &Film,
     ledger: &mut Ledger,
     bounds: Bounds,
+    view: &mut Option<View>,
     outcome: &mut Outcome,
 ) -> Decisions {
     if policy.uses_exposure() && outcome.exposure.is_none() {
         outcome.exposure = Some(View::auto_exposure(film));
     }
-    let barrier = Barrier::new(film, ledger, bounds, outcome.exposure.unwrap_or(1.0));
+    let exposure = outcome.exposure.unwrap_or(1.0);
+    let barrier = Barrier::with_view(film, ledger, bounds, exposure, view.take());
     let decisions = policy.decide(&barrier);
     let passed = barrier.passed(&decisions);
+    *view = barrier.into_view();
     ledger.note(passed);
-    outcome.decisions.clone_from(&decisions.values);
     decisions
 }
 
 /// The most samples that a pixel is to get, and the number of pixels that get any; `None` if no pixel does.
-fn pending(film: &Film, targets: &[u32]) -> Option<(u32, u64)> {
-    let counts = film.map(|t, i| t.pixels[i].count());
+fn pending(counts: &[u32], targets: &[u32]) -> Option<(u32, u64)> {
     let (mut spp, mut active) = (0, 0);
-    for (count, &target) in counts.into_iter().zip(targets) {
+    for (&count, &target) in counts.iter().zip(targets) {
         if target > count {
             spp = spp.max(target);
             active += 1;

@@ -25,6 +25,7 @@ pub mod machine;
 pub mod policy;
 pub mod pooling;
 pub mod redistribute;
+mod statistics;
 pub mod study;
 pub mod training;
 pub mod view;

@@ -14,22 +14,16 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// The larger of the own value and the root mean square of the neighbourhood: one lucky pixel does not stop early where its
-    /// neighbours are noisy.
+    /// The larger of the own value, times a weight, and the root mean square of the neighbourhood: one lucky pixel does not
+    /// stop early where its neighbours are noisy.
     #[must_use]
-    pub fn pooled(&self) -> Self {
-        let means = self.mean_square();
-        let values = self.values.iter().zip(means).map(|(own, mean)| own.max(mean.sqrt() as f32));
-        Self { width: self.width, height: self.height, values: values.collect() }
-    }
-
-    /// The mean square of the neighbourhood.
-    #[must_use]
-    pub fn mean_square(&self) -> Vec<f64> {
-        self.neighbourhoods(|_, values| {
-            let squares: f64 = values.clone().map(|v| f64::from(v) * f64::from(v)).sum();
-            squares / values.count() as f64
-        })
+    pub fn pooled(&self, own_weight: f32) -> Self {
+        let square = |v: f32| f64::from(v) * f64::from(v);
+        self.neighbourhoods(
+            square,
+            |a, b| a + b,
+            |own, squares, n| (own_weight * own).max((squares / n).sqrt() as f32),
+        )
     }
 
     /// The root mean square of the others in the square of this radius: not one bit of it depends on the own value. 0 for
@@ -59,55 +53,43 @@ impl Plane {
     /// The largest value of the neighbourhood.
     #[must_use]
     pub fn dilated(&self) -> Self {
-        let values = self.neighbourhoods(|own, values| values.fold(own, f32::max));
-        Self { width: self.width, height: self.height, values }
+        self.neighbourhoods(|v| v, f32::max, |_, largest, _| largest)
     }
 
-    fn neighbourhoods<T: Default + Clone + Send>(
+    /// Joins what `of` makes of the values of each neighbourhood, first in columns, then in rows; `finish` gets a pixel's own
+    /// value, what its neighbourhood gave and how many pixels that has.
+    fn neighbourhoods<T: Copy + Default>(
         &self,
-        f: impl Fn(f32, NeighbourValues<'_>) -> T + Sync,
-    ) -> Vec<T> {
+        of: impl Fn(f32) -> T + Sync,
+        join: impl Fn(T, T) -> T + Sync,
+        finish: impl Fn(f32, T, f64) -> f32 + Sync,
+    ) -> Self {
         let Self { width, height, values } = self;
-        let mut out = vec![T::default(); values.len()];
-        out.par_chunks_mut((*width).max(1)).enumerate().for_each(|(y, row)| {
-            for (x, out) in row.iter_mut().enumerate() {
-                let around = NeighbourValues {
-                    values,
-                    width: *width,
-                    columns: (x.saturating_sub(1), (x + 2).min(*width)),
-                    at: (x.saturating_sub(1), y.saturating_sub(1)),
-                    last: (y + 2).min(*height),
-                };
-                *out = f(values[y * width + x], around);
-            }
-        });
-        out
-    }
-}
-
-/// Values of a neighbourhood in rows.
-#[derive(Clone)]
-struct NeighbourValues<'a> {
-    values: &'a [f32],
-    width: usize,
-    columns: (usize, usize),
-    at: (usize, usize),
-    last: usize,
-}
-
-impl Iterator for NeighbourValues<'_> {
-    type Item = f32;
-
-    fn next(&mut self) -> Option<f32> {
-        if self.at.0 == self.columns.1 {
-            self.at = (self.columns.0, self.at.1 + 1);
-        }
-        if self.at.1 >= self.last {
-            return None;
-        }
-        let value = self.values[self.at.1 * self.width + self.at.0];
-        self.at.0 += 1;
-        Some(value)
+        let (width, height) = (*width, *height);
+        let mut out = vec![0.0; values.len()];
+        let line = |y: usize| &values[y * width..(y + 1) * width];
+        out.par_chunks_mut(width.max(1)).enumerate().for_each_init(
+            || vec![T::default(); width],
+            |columns, (y, out)| {
+                columns.iter_mut().zip(line(y)).for_each(|(c, v)| *c = of(*v));
+                let beside = [y.checked_sub(1), Some(y + 1).filter(|y| *y < height)];
+                for y in beside.iter().flatten() {
+                    columns.iter_mut().zip(line(*y)).for_each(|(c, v)| *c = join(*c, of(*v)));
+                }
+                let rows = 1.0 + beside.iter().flatten().count() as f64;
+                let own = line(y);
+                // The borders apart, so that the loop in between has no conditions.
+                for x in [0, width - 1] {
+                    let around = &columns[x.saturating_sub(1)..(x + 2).min(width)];
+                    let all = around[1..].iter().fold(around[0], |a, b| join(a, *b));
+                    out[x] = finish(own[x], all, rows * around.len() as f64);
+                }
+                for ((out, own), c) in out.iter_mut().zip(own).skip(1).zip(columns.windows(3)) {
+                    *out = finish(*own, join(join(c[0], c[1]), c[2]), rows * 3.0);
+                }
+            },
+        );
+        Self { width, height, values: out }
     }
 }
 
@@ -121,14 +103,14 @@ mod tests {
 
     #[test]
     fn one_pixel_is_its_own_neighbourhood() {
-        assert_eq!(plane(1, 1, &[3.0]).pooled().values, [3.0]);
+        assert_eq!(plane(1, 1, &[3.0]).pooled(1.0).values, [3.0]);
         assert_eq!(plane(1, 1, &[3.0]).dilated().values, [3.0]);
     }
 
     #[test]
     fn borders_cut_the_neighbourhood() {
         let p = plane(3, 3, &[9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let pooled = p.pooled().values;
+        let pooled = p.pooled(1.0).values;
         assert_eq!(pooled[0], 9.0);
         assert!((pooled[1] - (81.0_f32 / 6.0).sqrt()).abs() < 1e-5);
         assert!((pooled[4] - 3.0).abs() < 1e-6);
@@ -148,6 +130,6 @@ mod tests {
 
     #[test]
     fn huge_values_do_not_overflow() {
-        assert_eq!(plane(2, 1, &[f32::MAX, f32::MAX]).pooled().values, [f32::MAX, f32::MAX]);
+        assert_eq!(plane(2, 1, &[f32::MAX, f32::MAX]).pooled(1.0).values, [f32::MAX, f32::MAX]);
     }
 }

@@ -19,7 +19,8 @@ pub fn spread_out(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
         (squares / 3.0).sqrt().min(1e18) as f32
     });
     let size = [view.width, view.height];
-    let share: Vec<f64> = error.mean_square().iter().map(|e| (e.sqrt() + LEAST_ERROR).powf(POWER)).collect();
+    let share: Vec<f64> =
+        error.pooled(0.0).values.iter().map(|e| (f64::from(*e) + LEAST_ERROR).powf(POWER)).collect();
     let whole = box_sums(size, &share);
     let mut out = vec![[0.0; 3]; taken.len()];
     for c in 0..3 {

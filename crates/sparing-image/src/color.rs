@@ -1,5 +1,7 @@
 //! Colour: linear Rec.709, XYZ, Lab with white D65, the sRGB transfer function, CIEDE2000, exposure.
 
+pub mod fast;
+
 use rayon::prelude::*;
 
 /// XYZ of linear Rec.709 white (1, 1, 1), D65 with Y = 1: the row sums of [`rgb_to_xyz`]'s matrix.
@@ -132,19 +134,20 @@ pub fn ciede2000(lab1: [f64; 3], lab2: [f64; 3]) -> f64 {
 /// Luminance that [`auto_exposure`] maps the bright end of a picture to.
 pub const AUTO_EXPOSURE_LEVEL: f64 = 0.9;
 
-/// The factor that brings the 95th percentile of luminance to [`AUTO_EXPOSURE_LEVEL`].
+/// The factor that brings the 95th percentile of the luminance of lit pixels to [`AUTO_EXPOSURE_LEVEL`].
 ///
-/// Pixels that are not finite are left out. If at least 95 % are black, the brightest pixel takes the
-/// percentile's place; if all are, the factor is 1.
+/// Lit pixels are those brighter than a hundredth of the mean: so it does not matter how much of the frame is black. Pixels
+/// that are not finite are left out. If all are black, the factor is 1.
 #[must_use]
 pub fn auto_exposure(pixels: &[[f32; 3]]) -> f32 {
     let mut values: Vec<f64> = pixels.par_iter().map(|p| luminance(*p)).filter(|l| l.is_finite()).collect();
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.retain(|v| *v > mean / 100.0);
     if values.is_empty() {
         return 1.0;
     }
     let rank = (values.len() * 95).div_ceil(100) - 1;
-    let (_, percentile, above) = values.select_nth_unstable_by(rank, f64::total_cmp);
-    let level = if *percentile > 0.0 { *percentile } else { above.iter().copied().fold(0.0, f64::max) };
-    let scale = (AUTO_EXPOSURE_LEVEL / level) as f32;
-    if level > 0.0 && scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
+    let (_, level, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
+    let scale = (AUTO_EXPOSURE_LEVEL / *level) as f32;
+    if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
 }

@@ -74,3 +74,15 @@ fn auto_exposure_puts_the_percentile_at_its_level() {
     assert_eq!(auto_exposure(&[]), 1.0);
     assert_eq!(auto_exposure(&[[1e-45; 3]]), 1.0);
 }
+
+#[test]
+fn auto_exposure_does_not_depend_on_how_much_is_black() {
+    // Levels 1 to 100 amid more and more pixels that are black, or nearly so.
+    for black in [0, 10, 1000, 1900, 2100, 100_000] {
+        for dark in [0.0, 1e-6] {
+            let mut pixels: Vec<[f32; 3]> = (1..=100).map(|i| [i as f32; 3]).collect();
+            pixels.extend(vec![[dark; 3]; black]);
+            assert!((auto_exposure(&pixels) - 0.9 / 95.0).abs() < 1e-7, "{black} pixels of {dark}");
+        }
+    }
+}

@@ -20,7 +20,7 @@ use crate::ledger::{Ledger, Passed};
 use crate::pooling::Plane;
 use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 /// What a policy may look at, at a barrier.
 pub struct Barrier<'a> {
@@ -31,18 +31,44 @@ pub struct Barrier<'a> {
     exposure: f32,
     ledger: &'a Ledger,
     view: OnceCell<View>,
+    earlier: Cell<Option<View>>,
 }
 
 impl<'a> Barrier<'a> {
     /// A barrier of a render with this exposure.
     #[must_use]
     pub fn new(film: &'a Film, ledger: &'a Ledger, bounds: Bounds, exposure: f32) -> Self {
-        Self { film, bounds, exposure, ledger, view: OnceCell::new() }
+        Self { film, bounds, exposure, ledger, view: OnceCell::new(), earlier: Cell::new(None) }
+    }
+
+    /// The same with the view of an earlier barrier of this render: pixels that have stopped are not computed again.
+    #[must_use]
+    pub fn with_view(
+        film: &'a Film,
+        ledger: &'a Ledger,
+        bounds: Bounds,
+        exposure: f32,
+        earlier: Option<View>,
+    ) -> Self {
+        let earlier = earlier.filter(|v| v.exposure == exposure);
+        Self { earlier: Cell::new(earlier), ..Self::new(film, ledger, bounds, exposure) }
     }
 
     /// Statistics of all pixels; made when first asked for.
     pub fn view(&self) -> &View {
-        self.view.get_or_init(|| View::new(self.film, self.exposure))
+        self.view.get_or_init(|| match self.earlier.take() {
+            Some(mut view) => {
+                view.update(self.film);
+                view
+            }
+            None => View::new(self.film, self.exposure),
+        })
+    }
+
+    /// The view, for the next barrier; if nobody asked for it, the earlier one.
+    #[must_use]
+    pub fn into_view(self) -> Option<View> {
+        self.view.into_inner().or(self.earlier.into_inner())
     }
 
     /// The pixels that these decisions send on though their plan does not ask for it.

@@ -34,15 +34,10 @@ impl Threshold {
     /// The spread of each pixel by which it is judged, in CIEDE2000 for one sample.
     #[must_use]
     pub fn spread(&self, barrier: &Barrier<'_>) -> Plane {
-        let own = barrier.view().plane(own_spread);
-        let mut joined = own.mean_square();
+        let mut spread = barrier.view().plane(own_spread).pooled(OWN);
         let plan = &barrier.plan(PLAN_RADIUS).values;
-        let values = joined
-            .drain(..)
-            .zip(&own.values)
-            .zip(plan)
-            .map(|((mean_square, own), plan)| (mean_square.sqrt() as f32).max(OWN * own).max(*plan));
-        Plane { values: values.collect(), ..own }
+        spread.values.iter_mut().zip(plan).for_each(|(spread, plan)| *spread = spread.max(*plan));
+        spread
     }
 }
 
