@@ -5,7 +5,7 @@
 //! budget. A goal in units is turned into lambda anew at every barrier, from what the pixels look like by then.
 
 use crate::pooling::Plane;
-use crate::view::{BLOCK_EXCESS, View};
+use crate::view::View;
 
 /// What to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +27,6 @@ pub struct Bounds {
     pub max_spp: u32,
 }
 
-/// Mean magnitude of a normal error with standard deviation 1.
-const MEAN_OF_NORMAL: f64 = 0.798;
 /// Pixels looked at, evenly spread, to find a threshold.
 const SAMPLE: usize = 1 << 16;
 
@@ -53,7 +51,7 @@ pub fn planned(spread: f32, lambda: f64, bounds: Bounds) -> u32 {
 #[must_use]
 pub fn predicted_error(view: &View) -> f64 {
     let sum: f64 = view.pixels.iter().map(|p| f64::from(p.perceived_error)).sum();
-    sum / view.pixels.len().max(1) as f64 * MEAN_OF_NORMAL / BLOCK_EXCESS
+    sum / view.pixels.len().max(1) as f64 * view.error_scale
 }
 
 /// What pixels would do at every threshold: changes of a sum by the gain at which a pixel doubles. Bins are the bits of
@@ -106,6 +104,12 @@ impl Histogram {
 }
 
 impl Goal {
+    /// Whether an audit helps to reach it.
+    #[must_use]
+    pub fn wants_audit(self) -> bool {
+        matches!(self, Self::Tolerance(_))
+    }
+
     /// The threshold that is expected to reach the goal, given the spread of each pixel. Infinite where nothing more is
     /// needed, 0 where all that is allowed does not suffice.
     #[must_use]
@@ -117,8 +121,7 @@ impl Goal {
             Self::Threshold(lambda) => lambda,
             Self::Tolerance(t) => {
                 for (p, &spread) in candidates {
-                    let error = f64::from(p.perceived_error) * MEAN_OF_NORMAL / BLOCK_EXCESS;
-                    let error = error * f64::from(p.count).sqrt();
+                    let error = f64::from(p.perceived_error) * view.error_scale * f64::from(p.count).sqrt();
                     histogram.add(p.count, spread, bounds, |n| error / f64::from(n).sqrt());
                 }
                 histogram.threshold(t, true)

@@ -1,5 +1,6 @@
 //! The loop: sample a layer, look, decide, again.
 
+use crate::audit::Audit;
 use crate::goal::{Bounds, predicted_error};
 use crate::ledger::Ledger;
 use crate::policy::{Barrier, Decisions, Policy};
@@ -64,6 +65,8 @@ pub struct Outcome {
     pub exposure: Option<f32>,
     /// Predicted mean CIEDE2000 error of the picture at that exposure, if the policy looked at errors.
     pub predicted_error: Option<f64>,
+    /// Samples of the audit, a second render of few pixels from which the error is measured; not part of the film.
+    pub audit_samples: u64,
     /// The last decision values, one a pixel in rows; empty if the policy has none.
     pub decisions: Vec<f32>,
 }
@@ -123,16 +126,18 @@ pub fn render(
         seconds: 0.0,
         exposure: limits.exposure,
         predicted_error: None,
+        audit_samples: 0,
         decisions: Vec::new(),
     };
     let mut counts = film.map(|t, i| t.pixels[i].count());
     let mut done = counts.iter().map(|n| u64::from(*n)).sum();
-    let mut view = None;
+    let mut look = Look { view: None, audit: policy.wants_audit().then(|| Audit::new(renderer, film)) };
     let first = policy.first_target(bounds);
     let mut decisions = Decisions { targets: vec![first; pixels as usize], ..Decisions::default() };
     if done > 0 && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
-        decisions = decide(policy, film, ledger, bounds, &mut view, &mut outcome);
+        look.follow(film, &mut outcome);
+        decisions = decide(policy, film, ledger, bounds, &mut look, &mut outcome);
     }
     loop {
         let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
@@ -147,6 +152,9 @@ pub fn render(
         });
         outcome.rays += rays;
         done += taken;
+        if !interrupt.load(Ordering::Relaxed) {
+            look.follow(film, &mut outcome);
+        }
         let sample_seconds = layer_start.elapsed().as_secs_f64();
         observer.barrier(film, &progress(done));
         let stopped = if interrupt.load(Ordering::Relaxed) {
@@ -159,7 +167,7 @@ pub fn render(
         let decide_start = Instant::now();
         if stopped.is_none() {
             counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
-            decisions = decide(policy, film, ledger, bounds, &mut view, &mut outcome);
+            decisions = decide(policy, film, ledger, bounds, &mut look, &mut outcome);
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
@@ -169,7 +177,7 @@ pub fn render(
         }
     }
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
-        let barrier = Barrier::with_view(film, ledger, bounds, exposure, view);
+        let barrier = look.barrier(film, ledger, bounds, exposure);
         outcome.predicted_error = Some(predicted_error(barrier.view()));
         let correction = ledger.correction(film, barrier.view(), &decisions, bounds);
         film.correction = correction;
@@ -179,23 +187,54 @@ pub fn render(
     outcome
 }
 
+/// What is kept from barrier to barrier besides film and ledger.
+struct Look<'a> {
+    view: Option<View>,
+    audit: Option<Audit<'a>>,
+}
+
+impl Look<'_> {
+    /// Brings the audit to where the film is.
+    fn follow(&mut self, film: &Film, outcome: &mut Outcome) {
+        if let Some(audit) = &mut self.audit {
+            outcome.rays += audit.follow(film);
+            outcome.audit_samples = audit.samples();
+        }
+    }
+
+    fn barrier<'b>(
+        &mut self,
+        film: &'b Film,
+        ledger: &'b Ledger,
+        bounds: Bounds,
+        exposure: f32,
+    ) -> Barrier<'b> {
+        let mut barrier = Barrier::with_view(film, ledger, bounds, exposure, self.view.take());
+        if let Some(audit) = &self.audit {
+            let scale = audit.error_scale(barrier.view());
+            barrier.set_error_scale(scale);
+        }
+        barrier
+    }
+}
+
 /// Asks the policy; notes the exposure and who goes on beyond the plan, and keeps the view.
 fn decide(
     policy: &mut dyn Policy,
     film: &Film,
     ledger: &mut Ledger,
     bounds: Bounds,
-    view: &mut Option<View>,
+    look: &mut Look<'_>,
     outcome: &mut Outcome,
 ) -> Decisions {
     if policy.uses_exposure() && outcome.exposure.is_none() {
         outcome.exposure = Some(View::auto_exposure(film));
     }
     let exposure = outcome.exposure.unwrap_or(1.0);
-    let barrier = Barrier::with_view(film, ledger, bounds, exposure, view.take());
+    let barrier = look.barrier(film, ledger, bounds, exposure);
     let decisions = policy.decide(&barrier);
     let passed = barrier.passed(&decisions);
-    *view = barrier.into_view();
+    look.view = barrier.into_view();
     ledger.note(passed);
     decisions
 }

@@ -17,6 +17,7 @@
 //! | [`training`] | rows from rendered scenes, labels, fits |
 //! | [`study`] | how policies compare at equal error |
 
+mod audit;
 pub mod features;
 pub mod goal;
 pub mod layers;

@@ -1,32 +1,46 @@
 //! Spreads what was taken from pixels over their neighbourhoods.
 
-use crate::view::View;
+use crate::view::{DARK, View};
 use rayon::prelude::*;
+use sparing_image::color::luminance;
 
 /// Pixels to each side: wide enough that an outlier hardly shows, narrow enough that little light leaves dark places.
 const RADIUS: usize = 4;
-/// Share goes with this power of a pixel's error: with 1, dark places give too much to bright ones, with 1/2 they take it.
-const POWER: f64 = 0.75;
 /// Error of pixels that show none, in exposed units, so that shares are defined.
 const LEAST_ERROR: f64 = 1e-6;
 
-/// Spreads `taken` (one colour a pixel, in rows) over squares of neighbours, in proportion to a power of the root mean square
-/// error of 3 by 3. The sum over the picture is kept, to f32 rounding.
+/// No pixel changes by more than this share of its luminance plus [`DARK`]. Noise of single pixels, such as the outline of a lamp, is
+/// no light that the neighbourhood lacks, and can be far brighter than it.
+const MOST: f64 = 0.3;
+
+/// Spreads `taken` (one colour a pixel, in rows) over squares of neighbours, in proportion to the root mean square error of 3 by
+/// 3, and no pixel by more than [`MOST`]. But for that, the sum over the picture is kept, to f32 rounding.
 #[must_use]
 pub fn spread_out(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let mut out = shares(view, taken);
+    for (out, pixel) in out.iter_mut().zip(&view.pixels) {
+        let change = luminance(*out).abs() * f64::from(view.exposure);
+        let most = MOST * (luminance(pixel.mean) + DARK);
+        if change > most {
+            *out = out.map(|c| c * (most / change) as f32);
+        }
+    }
+    out
+}
+
+fn shares(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let error = view.plane(|p| {
         let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
         (squares / 3.0).sqrt().min(1e18) as f32
     });
     let size = [view.width, view.height];
-    let share: Vec<f64> =
-        error.pooled(0.0).values.iter().map(|e| (f64::from(*e) + LEAST_ERROR).powf(POWER)).collect();
+    let share: Vec<f64> = error.pooled(0.0).values.iter().map(|e| f64::from(*e) + LEAST_ERROR).collect();
     let whole = box_sums(size, &share);
     let mut out = vec![[0.0; 3]; taken.len()];
     for c in 0..3 {
         let parts: Vec<f64> = taken.iter().zip(&whole).map(|(t, whole)| f64::from(t[c]) / whole).collect();
         for ((out, part), share) in out.iter_mut().zip(box_sums(size, &parts)).zip(&share) {
-            out[c] = (part * share) as f32;
+            out[c] = (part * share).clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32;
         }
     }
     out
@@ -56,7 +70,7 @@ mod tests {
 
     fn view(width: usize, height: usize, error: impl Fn(usize) -> f32) -> View {
         let pixels = (0..width * height).map(|i| Statistics { error: [error(i); 3], ..Default::default() });
-        View { width, height, exposure: 1.0, pixels: pixels.collect() }
+        View { width, height, exposure: 1.0, error_scale: 1.0, pixels: pixels.collect() }
     }
 
     #[test]
@@ -66,7 +80,7 @@ mod tests {
             let taken: Vec<[f32; 3]> = (0..width * height)
                 .map(|i| [(i % 5) as f32, -((i % 3) as f32), 1e4 * (i % 11) as f32])
                 .collect();
-            let out = spread_out(&view, &taken);
+            let out = shares(&view, &taken);
             for c in 0..3 {
                 let sum = |v: &[[f32; 3]]| v.iter().map(|p| f64::from(p[c])).sum::<f64>();
                 let scale: f64 = taken.iter().map(|p| f64::from(p[c].abs())).sum();
@@ -81,7 +95,7 @@ mod tests {
         let view = view(21, 21, |i| if i % 21 < 12 { 1.0 } else { 0.0 });
         let mut taken = vec![[0.0; 3]; 21 * 21];
         taken[10 * 21 + 10] = [54.0, 0.0, 0.0];
-        let out = spread_out(&view, &taken);
+        let out = shares(&view, &taken);
         assert!((out[10 * 21 + 10][0] - 54.0 / 63.0).abs() < 0.1, "{}", out[10 * 21 + 10][0]);
         assert!(out[10 * 21 + 14][0] < 1e-3 && out[10 * 21 + 5][0] == 0.0);
     }
@@ -89,7 +103,18 @@ mod tests {
     #[test]
     fn huge_errors_stay_finite() {
         let view = view(9, 9, |_| f32::MAX);
-        let out = spread_out(&view, &[[1.0; 3]; 81]);
-        assert!(out.iter().flatten().all(|v| v.is_finite()));
+        for taken in [1.0, f32::MAX, -f32::MAX] {
+            let out = spread_out(&view, &[[taken; 3]; 81]);
+            assert!(out.iter().flatten().all(|v| v.is_finite()), "{taken}");
+        }
+    }
+
+    #[test]
+    fn no_pixel_changes_by_much() {
+        let view = view(9, 9, |_| 1.0);
+        let out = spread_out(&view, &[[1e3; 3]; 81]);
+        assert!(out.iter().all(|c| (luminance(*c) - MOST * DARK).abs() < 1e-6), "black pixels");
+        let out = spread_out(&view, &[[1e-3; 3]; 81]);
+        assert!((out[40][1] - 1e-3).abs() < 5e-4, "{}", out[40][1]);
     }
 }

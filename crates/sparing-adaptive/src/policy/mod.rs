@@ -65,6 +65,14 @@ impl<'a> Barrier<'a> {
         })
     }
 
+    /// Statistics with what an audit found.
+    pub(crate) fn set_error_scale(&mut self, scale: f64) {
+        self.view();
+        if let Some(view) = self.view.get_mut() {
+            view.error_scale = scale;
+        }
+    }
+
     /// The view, for the next barrier; if nobody asked for it, the earlier one.
     #[must_use]
     pub fn into_view(self) -> Option<View> {
@@ -110,6 +118,11 @@ pub trait Policy: Send {
     /// Whether it looks at radiance, so that the exposure matters.
     fn uses_exposure(&self) -> bool {
         true
+    }
+
+    /// Whether a second render of few pixels shall tell how large the error is.
+    fn wants_audit(&self) -> bool {
+        false
     }
 
     /// Samples that every pixel gets before the first barrier.

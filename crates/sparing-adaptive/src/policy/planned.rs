@@ -31,6 +31,10 @@ impl Policy for Planned {
         bounds_of(bounds).min_spp
     }
 
+    fn wants_audit(&self) -> bool {
+        self.goal.wants_audit()
+    }
+
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let (view, bounds) = (barrier.view(), bounds_of(barrier.bounds));
         let plan = barrier.plan(RADIUS);

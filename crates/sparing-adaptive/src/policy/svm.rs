@@ -58,6 +58,10 @@ impl Policy for Svm {
         "svm"
     }
 
+    fn wants_audit(&self) -> bool {
+        self.rule.goal.wants_audit()
+    }
+
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let (view, bounds) = (barrier.view(), barrier.bounds);
         let spread = self.rule.spread(barrier);

@@ -53,6 +53,10 @@ impl Policy for Threshold {
         "threshold"
     }
 
+    fn wants_audit(&self) -> bool {
+        self.goal.wants_audit()
+    }
+
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let view = barrier.view();
         let spread = self.spread(barrier);

@@ -43,7 +43,7 @@ impl<'a> Renderer<'a> {
 
     /// The scene.
     #[must_use]
-    pub fn scene(&self) -> &Scene {
+    pub fn scene(&self) -> &'a Scene {
         self.scene
     }
 
