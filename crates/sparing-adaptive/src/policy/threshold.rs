@@ -4,6 +4,7 @@ use super::{Barrier, Decisions, Policy, doubled};
 use crate::goal::Goal;
 use crate::pooling::Plane;
 use crate::view::{Statistics, View};
+use rayon::prelude::*;
 
 /// How a pixel's spread is joined with its neighbours'.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,15 +64,17 @@ impl Policy for Threshold {
         let view = barrier.view();
         let spread = self.spread(view);
         let lambda = self.goal.threshold(view, &spread, barrier.bounds);
-        let mut decisions = Decisions::default();
-        for (pixel, &spread) in view.pixels.iter().zip(&spread.values) {
+        let bounds = barrier.bounds;
+        let pixels = view.pixels.par_iter().zip(&spread.values);
+        let decide = |(pixel, &spread): (&Statistics, &f32)| {
             let gain = f64::from(spread) / f64::from(pixel.count.max(1));
             // Zero spread never continues, whatever lambda.
             let go_on = gain > lambda && spread > 0.0;
-            decisions.targets.push(if go_on { doubled(pixel.count, barrier.bounds) } else { pixel.count });
-            decisions.values.push(decision_value(gain, lambda));
-        }
-        decisions
+            let target = if go_on { doubled(pixel.count, bounds) } else { pixel.count };
+            (target, decision_value(gain, lambda))
+        };
+        let (targets, values) = pixels.map(decide).unzip();
+        Decisions { targets, values }
     }
 }
 
