@@ -13,9 +13,11 @@
 //! | [`features`] | what a machine knows of a pixel, by name |
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
+//! | [`budget`] | who goes on if the time does not suffice |
 //! | [`training`] | rows from rendered scenes, labels, fits |
 //! | [`study`] | how policies compare at equal error |
 
+pub mod budget;
 pub mod features;
 pub mod goal;
 pub mod layers;
