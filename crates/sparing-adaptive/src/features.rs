@@ -169,33 +169,47 @@ impl FeatureMatrix {
 /// A pixel with its neighbours.
 struct Around<'a> {
     own: &'a Statistics,
-    neighbours: [&'a Statistics; 9],
+    neighbours: [Neighbour<'a>; 9],
     len: usize,
+}
+
+/// A neighbour with what several features need.
+#[derive(Clone, Copy)]
+struct Neighbour<'a> {
+    statistics: &'a Statistics,
+    spread: f64,
+    perceived: f64,
+}
+
+impl<'a> Neighbour<'a> {
+    fn new(statistics: &'a Statistics) -> Self {
+        Self { statistics, spread: own_spread(statistics).into(), perceived: perceived(statistics) }
+    }
 }
 
 impl<'a> Around<'a> {
     fn new(view: &'a View, pixel: usize) -> Self {
         let own = &view.pixels[pixel];
         let (x, y) = (pixel % view.width, pixel / view.width);
-        let mut around = Self { own, neighbours: [own; 9], len: 0 };
+        let mut around = Self { own, neighbours: [Neighbour::new(own); 9], len: 0 };
         for row in y.saturating_sub(1)..(y + 2).min(view.height) {
             for column in x.saturating_sub(1)..(x + 2).min(view.width) {
-                around.neighbours[around.len] = &view.pixels[row * view.width + column];
+                around.neighbours[around.len] = Neighbour::new(&view.pixels[row * view.width + column]);
                 around.len += 1;
             }
         }
         around
     }
 
-    fn all(&self) -> &[&'a Statistics] {
+    fn all(&self) -> &[Neighbour<'a>] {
         &self.neighbours[..self.len]
     }
 
-    fn mean(&self, f: impl Fn(&Statistics) -> f64) -> f64 {
+    fn mean(&self, f: impl Fn(&Neighbour<'a>) -> f64) -> f64 {
         self.all().iter().map(|p| f(p)).sum::<f64>() / self.len.max(1) as f64
     }
 
-    fn max(&self, f: impl Fn(&Statistics) -> f64) -> f64 {
+    fn max(&self, f: impl Fn(&Neighbour<'a>) -> f64) -> f64 {
         self.all().iter().map(|p| f(p)).fold(0.0, f64::max)
     }
 
@@ -216,14 +230,14 @@ impl<'a> Around<'a> {
             Feature::Luminance => log(luminance(p.mean), 1e-4),
             Feature::Peak => log(f64::from(p.peak), 1e-2),
             Feature::Zeros => f64::from(p.zeros),
-            Feature::SpreadMean => log(self.mean(|p| own_spread(p).into()), 1e-3),
-            Feature::SpreadMax => log(self.max(|p| own_spread(p).into()), 1e-3),
-            Feature::PerceivedMean => log(self.mean(perceived), 1e-3),
-            Feature::PerceivedMax => log(self.max(perceived), 1e-3),
-            Feature::PeakMean => log(self.mean(|p| p.peak.into()), 1e-2),
-            Feature::PeakMax => log(self.max(|p| p.peak.into()), 1e-2),
+            Feature::SpreadMean => log(self.mean(|p| p.spread), 1e-3),
+            Feature::SpreadMax => log(self.max(|p| p.spread), 1e-3),
+            Feature::PerceivedMean => log(self.mean(|p| p.perceived), 1e-3),
+            Feature::PerceivedMax => log(self.max(|p| p.perceived), 1e-3),
+            Feature::PeakMean => log(self.mean(|p| p.statistics.peak.into()), 1e-2),
+            Feature::PeakMax => log(self.max(|p| p.statistics.peak.into()), 1e-2),
             Feature::NeighbourDistance => {
-                let mean: [f64; 3] = std::array::from_fn(|c| self.mean(|p| p.mean[c].into()));
+                let mean: [f64; 3] = std::array::from_fn(|c| self.mean(|p| p.statistics.mean[c].into()));
                 let mean = fast::rgb_to_lab(mean.map(|x| x.clamp(0.0, 1.0) as f32));
                 let squares: f32 = p.lab.iter().zip(mean).map(|(a, b)| (a - b) * (a - b)).sum();
                 log(squares.sqrt().into(), 1e-2)
@@ -237,7 +251,20 @@ impl<'a> Around<'a> {
 
 /// Logarithm, from a floor on: what is smaller does not matter.
 fn log(x: f64, floor: f64) -> f64 {
-    (x + floor).clamp(floor, 1e30).ln()
+    ln((x + floor).clamp(floor, 1e30))
+}
+
+/// The natural logarithm of a positive normal number, to 1e-9: by 2 artanh((m - 1) / (m + 1)) of the mantissa m between
+/// the roots of 1/2 and 2. Several times faster than the library's, and the same on every machine.
+fn ln(x: f64) -> f64 {
+    const ROOT: u64 = std::f64::consts::FRAC_1_SQRT_2.to_bits();
+    let shifted = x.to_bits().wrapping_sub(ROOT);
+    let exponent = (shifted as i64) >> 52;
+    let m = f64::from_bits(x.to_bits().wrapping_sub((exponent << 52) as u64));
+    let s = (m - 1.0) / (m + 1.0);
+    let s2 = s * s;
+    let series = 1.0 + s2 * (1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 * (1.0 / 7.0 + s2 * (1.0 / 9.0))));
+    exponent as f64 * std::f64::consts::LN_2 + 2.0 * s * series
 }
 
 fn root(p: &Statistics) -> f64 {
@@ -352,6 +379,14 @@ mod tests {
         assert!(value(4, Feature::HalfDifference) > 1.0);
         assert!(value(0, Feature::SpreadMax) > value(0, Feature::SpreadMean));
         assert_eq!(value(8, Feature::SpreadMax), value(4, Feature::SpreadMax));
+    }
+
+    #[test]
+    fn logarithms_are_good_to_a_billionth() {
+        for i in -40_000..40_000 {
+            let x = (f64::from(i) * 1.7e-3).exp();
+            assert!((ln(x) - x.ln()).abs() < 1e-9, "{x}");
+        }
     }
 
     #[test]

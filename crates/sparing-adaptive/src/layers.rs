@@ -1,6 +1,7 @@
 //! The loop: sample a layer, look, decide, again.
 
 use crate::audit::Audit;
+use crate::budget::afford;
 use crate::goal::{Bounds, predicted_error};
 use crate::ledger::Ledger;
 use crate::policy::{Barrier, Decisions, Policy};
@@ -17,7 +18,8 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// Least and most samples of a pixel.
     pub bounds: Bounds,
-    /// Time for sampling and deciding.
+    /// Time for sampling and deciding. Where it does not suffice for all pixels that want to go on, those with the largest
+    /// decision values do ([`afford`]). Even the first layer ends with it; without any time no sample is taken.
     pub time: Option<Duration>,
     /// What radiance is multiplied by before it is judged; by default what the first layer suggests.
     pub exposure: Option<f32>,
@@ -132,6 +134,7 @@ pub fn render(
     let mut counts = film.map(|t, i| t.pixels[i].count());
     let mut done = counts.iter().map(|n| u64::from(*n)).sum();
     let mut look = Look { view: None, audit: policy.wants_audit().then(|| Audit::new(renderer, film)) };
+    let mut held_back = false;
     let first = policy.first_target(bounds);
     let mut decisions = Decisions { targets: vec![first; pixels as usize], ..Decisions::default() };
     if done > 0 && pending(&counts, &decisions.targets).is_none() {
@@ -142,9 +145,17 @@ pub fn render(
     loop {
         let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
             let all = decisions.targets.iter().all(|&t| t >= bounds.max_spp);
-            outcome.stopped_by = if all { StoppedBy::Spp } else { StoppedBy::Policy };
+            outcome.stopped_by = match (held_back, all) {
+                (true, _) => StoppedBy::TimeLimit,
+                (false, true) => StoppedBy::Spp,
+                (false, false) => StoppedBy::Policy,
+            };
             break;
         };
+        if deadline.is_some_and(|d| Instant::now() >= d) {
+            outcome.stopped_by = StoppedBy::TimeLimit;
+            break;
+        }
         let layer_start = Instant::now();
         let progress = |done| Progress { start, spp, active_pixels, done, total };
         let (rays, taken) = sample(renderer, film, &decisions.targets, deadline, interrupt, |taken| {
@@ -168,6 +179,11 @@ pub fn render(
         if stopped.is_none() {
             counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
             decisions = decide(policy, film, ledger, bounds, &mut look, &mut outcome);
+            held_back = deadline.is_some_and(|d| {
+                // As many as the layer just rendered would be in the time that is left.
+                let left = d.saturating_duration_since(Instant::now()).as_secs_f64();
+                afford(&mut decisions, &counts, (taken as f64 / sample_seconds * left) as u64)
+            });
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });

@@ -14,10 +14,12 @@
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
 //! | [`ledger`], [`redistribute`] | why choosing pixels by their samples takes no light away |
+//! | [`budget`] | who goes on if the time does not suffice |
 //! | [`training`] | rows from rendered scenes, labels, fits |
 //! | [`study`] | how policies compare at equal error |
 
 mod audit;
+pub mod budget;
 pub mod features;
 pub mod goal;
 pub mod layers;

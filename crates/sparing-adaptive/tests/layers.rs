@@ -4,7 +4,7 @@ use glam::Vec3;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::layers::{Limits, Observe, Outcome, Progress, StoppedBy, Unwatched, render};
 use sparing_adaptive::ledger::Ledger;
-use sparing_adaptive::policy::{Barrier, Planned, Policy, Shapes, Threshold, Uniform};
+use sparing_adaptive::policy::{Barrier, Decisions, Planned, Policy, Shapes, Threshold, Uniform};
 use sparing_adaptive::view::{Statistics, View};
 use sparing_image::film::{Film, FilmOptions, Pixel};
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
@@ -166,6 +166,48 @@ fn a_time_limit_and_an_interrupt_end_the_render() {
         &mut Unwatched,
     );
     assert_eq!(outcome.stopped_by, StoppedBy::Interrupt);
+}
+
+#[test]
+fn without_time_nothing_is_sampled() {
+    let scene = scene("cornell-box.pbrt", 16);
+    let none = Limits { time: Some(Duration::ZERO), ..limits(BOUNDS) };
+    for policy in [&mut Threshold::new(Goal::Average(20.0)) as &mut dyn Policy, &mut Uniform] {
+        let (film, outcome) = run(&scene, 16, None, policy, &none);
+        assert_eq!((film.samples(), outcome.layers.len()), (0, 0));
+        assert_eq!(outcome.stopped_by, StoppedBy::TimeLimit);
+    }
+}
+
+/// Compares the view that is kept with a new one at every barrier.
+struct Compare(Threshold);
+
+impl Policy for Compare {
+    fn name(&self) -> &'static str {
+        "compare"
+    }
+
+    fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
+        let fresh = View::new(barrier.film, barrier.view().exposure);
+        assert!(barrier.view().pixels == fresh.pixels);
+        for (kept, pixel) in fresh.pixels.iter().zip(barrier.film.map(|t, i| t.pixels[i].clone())) {
+            assert_eq!(
+                *kept,
+                Statistics::of(&pixel, 0, fresh.exposure),
+                "whatever pixels it is computed with"
+            );
+        }
+        self.0.decide(barrier)
+    }
+}
+
+#[test]
+fn a_kept_view_is_a_new_one() {
+    let scene = scene("tests/small-light.pbrt", 48);
+    let mut policy = Compare(Threshold::new(Goal::Average(32.0)));
+    let (_, outcome) = run(&scene, 48, Some([3, 5, 44, 31]), &mut policy, &limits(BOUNDS));
+    let active: Vec<u64> = outcome.layers.iter().map(|l| l.active_pixels).collect();
+    assert!(active.len() > 4 && active[3] < active[0] / 2, "{active:?}");
 }
 
 /// Interrupts at the barrier after so many layers.

@@ -5,7 +5,7 @@ use sparing_adaptive::features::{Feature, FeatureMatrix};
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Barrier, Policy, Svm, Threshold};
+use sparing_adaptive::policy::{Band, Barrier, Policy, Svm, Threshold};
 use sparing_adaptive::training::{Collection, Fit, Label, collect, fit};
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::{BuildOptions, RenderSettings, Scene};
@@ -94,6 +94,33 @@ fn the_machine_decides_inside_the_band_only() {
     let changed = stop.iter().zip(&go_on).filter(|(a, b)| a != b).count() as u64;
     assert!(decided == changed && changed > 5, "{decided} {changed}");
     assert!(stop.contains(&16) && go_on.contains(&8));
+}
+
+/// Asked again after a change of one pixel, the machine computes nine values anew and says what a new one says.
+#[test]
+fn what_has_not_changed_is_not_asked_again() {
+    let mut film = film();
+    let machine = Machine::new(&linear(1.0, 0.1), &card(&["log-spread-mean3"], 4.0)).unwrap();
+    let policy = || {
+        let mut svm = Svm::new(Goal::Threshold(20.0), machine.clone());
+        svm.band = Band { stop: -30.0, go_on: 30.0 };
+        svm
+    };
+    let mut svm = policy();
+    svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+    let first = svm.decided;
+    for n in 8..16 {
+        film.tiles[0].add_sample(27, n, Vec3::splat(0.1 * n as f32), 1.0);
+    }
+    for asked in [9, 0] {
+        let before = svm.decided;
+        let decisions = svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+        assert_eq!(decisions, policy().decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0)));
+        assert_eq!(svm.decided - before, asked, "of {first}");
+    }
+    svm.rule.goal = Goal::Threshold(30.0);
+    svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+    assert_eq!(svm.decided, 2 * first + 9);
 }
 
 #[test]

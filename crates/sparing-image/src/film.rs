@@ -181,6 +181,54 @@ impl Tile {
         (self.x0 + index as u32 % TILE, self.y0 + index as u32 / TILE)
     }
 
+    /// Indices into `pixels` of those that are in use, in rows.
+    pub fn indices(&self) -> impl Iterator<Item = usize> + use<> {
+        let width = self.width;
+        (0..self.height).flat_map(move |y| (0..width).map(move |x| (y * TILE + x) as usize))
+    }
+
+    /// Takes the pixels out as tiles of one row each, for [`Tile::join_rows`].
+    #[must_use]
+    pub fn split_rows(&mut self) -> Vec<Self> {
+        let (mut pixels, mut auxiliary, mut shapes) = (
+            std::mem::take(&mut self.pixels).into_iter(),
+            std::mem::take(&mut self.auxiliary).into_iter(),
+            std::mem::take(&mut self.shapes).into_iter(),
+        );
+        (0..self.height)
+            .map(|y| Self {
+                x0: self.x0,
+                y0: self.y0 + y,
+                width: self.width,
+                height: 1,
+                pixels: pixels.by_ref().take(TILE as usize).collect(),
+                auxiliary: auxiliary.by_ref().take(TILE as usize).collect(),
+                shapes: shapes.by_ref().take(TILE as usize).collect(),
+                invalid: 0,
+                first_invalid: None,
+            })
+            .collect()
+    }
+
+    /// Puts the rows of [`Tile::split_rows`] back.
+    pub fn join_rows(&mut self, rows: Vec<Self>) {
+        for row in rows {
+            self.pixels.extend(row.pixels);
+            self.auxiliary.extend(row.auxiliary);
+            self.shapes.extend(row.shapes);
+            self.invalid += row.invalid;
+            self.first_invalid = self.first_invalid.or(row.first_invalid);
+        }
+        // What lies below the crop was dropped: nothing ever was in it.
+        self.pixels.resize_with(TILE_PIXELS, Pixel::default);
+        if !self.auxiliary.is_empty() {
+            self.auxiliary.resize_with(TILE_PIXELS, AuxiliarySums::default);
+        }
+        if !self.shapes.is_empty() {
+            self.shapes.resize_with(TILE_PIXELS, ShapeSet::default);
+        }
+    }
+
     /// Adds a sample if it is finite and not negative, else counts it. `weight` is the filter's.
     #[inline]
     pub fn add_sample(&mut self, index: usize, sample_index: u32, radiance: Vec3, weight: f32) {
@@ -374,6 +422,34 @@ mod tests {
         let positions = film.map(|t, i| [t.x0 + i as u32 % TILE, t.y0 + i as u32 / TILE]);
         for (k, p) in positions.iter().enumerate() {
             assert_eq!(*p, [5 + k as u32 % 25, 3 + k as u32 / 25]);
+        }
+    }
+
+    #[test]
+    fn rows_of_a_tile_come_back_as_they_were() {
+        let options = FilmOptions { auxiliary: true, shapes: true };
+        let mut film = Film::new([30, 30], [3, 5, 22, 13], options);
+        for tile in &mut film.tiles {
+            let (x0, y0, height) = (tile.x0, tile.y0, tile.height);
+            for i in tile.indices() {
+                tile.add_sample(i, 0, Vec3::splat(i as f32), 1.0);
+                tile.shapes[i].insert(i as u32);
+            }
+            let before = tile.clone();
+            let mut rows = tile.split_rows();
+            assert_eq!(rows.len(), height as usize);
+            for (y, row) in rows.iter_mut().enumerate() {
+                assert_eq!(row.position(0), (x0, y0 + y as u32));
+                row.add_sample(0, 1, Vec3::splat(f32::NAN), 1.0);
+            }
+            tile.join_rows(rows);
+            assert_eq!((tile.invalid, tile.first_invalid), (height, Some(([x0, y0], 1))));
+            assert_eq!(tile.pixels.len(), before.pixels.len());
+            assert_eq!((tile.auxiliary.len(), tile.shapes.len()), (TILE_PIXELS, TILE_PIXELS));
+            for i in tile.indices() {
+                assert_eq!(tile.pixels[i].sum(), before.pixels[i].sum());
+                assert_eq!(tile.shapes[i].len(), 1);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Policies: who gets more samples. One file each.
 
 mod half_buffer;
+mod memory;
 mod planned;
 mod shapes;
 mod svm;

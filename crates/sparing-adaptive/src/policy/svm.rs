@@ -1,10 +1,12 @@
 //! A support vector machine decides where the pooled rule is in doubt.
 
+use super::memory::Memory;
 use super::threshold::{PLAN_RADIUS, decision_value};
 use super::{Barrier, Decisions, Policy, Threshold, doubled};
 use crate::features::{self, FeatureMatrix, Query};
 use crate::goal::{Goal, planned};
 use crate::machine::Machine;
+use rayon::prelude::*;
 
 /// Where the machine decides: where the logarithm of the rule's gain over its threshold is between these.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,17 +41,25 @@ pub struct Svm {
     pub machine: Machine,
     /// Where it decides.
     pub band: Band,
-    /// Decision values so far.
+    /// Decision values computed so far.
     pub decided: u64,
     /// Of them, those that were undefined; such a pixel goes on.
     pub undefined: u64,
+    memory: Memory,
 }
 
 impl Svm {
     /// The machine for a goal, with the default rule and band.
     #[must_use]
     pub fn new(goal: Goal, machine: Machine) -> Self {
-        Self { rule: Threshold::new(goal), machine, band: Band::default(), decided: 0, undefined: 0 }
+        Self {
+            rule: Threshold::new(goal),
+            machine,
+            band: Band::default(),
+            decided: 0,
+            undefined: 0,
+            memory: Memory::default(),
+        }
     }
 }
 
@@ -69,28 +79,45 @@ impl Policy for Svm {
         let plan = &barrier.plan(PLAN_RADIUS).values;
         let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
         let mut queries = Vec::new();
-        for (pixel, (p, &spread)) in view.pixels.iter().zip(&spread.values).enumerate() {
-            let log_gain = features::log_gain(spread, p.count, lambda);
+        let gains: Vec<(f64, f32)> = view
+            .pixels
+            .par_iter()
+            .zip(&spread.values)
+            .map(|(p, &spread)| {
+                let gain = f64::from(spread) / f64::from(p.count.max(1));
+                (features::log_gain(spread, p.count, lambda), decision_value(gain, lambda))
+            })
+            .collect();
+        for (pixel, (p, (&spread, (log_gain, value)))) in
+            view.pixels.iter().zip(spread.values.iter().zip(gains)).enumerate()
+        {
             // Nothing is asked of the machine about pixels that have the most or less than their plan.
+            let in_band = self.band.contains(log_gain) && spread > 0.0;
             let open = p.count < bounds.max_spp && p.count >= planned(plan[pixel], lambda, bounds);
-            if self.band.contains(log_gain) && spread > 0.0 && open {
+            if in_band && open {
                 let plan_gain = features::log_gain(plan[pixel], p.count, lambda);
                 queries.push(Query { pixel, log_gain, plan_gain });
             }
-            let gain = f64::from(spread) / f64::from(p.count.max(1));
-            decisions.values.push(decision_value(gain, lambda));
-            let go_on = (log_gain > self.band.go_on || !open) && log_gain > 0.0 && spread > 0.0;
+            decisions.values.push(value);
+            let go_on = log_gain > if in_band { 0.0 } else { self.band.go_on } && spread > 0.0;
             decisions.targets.push(if go_on { doubled(p.count, bounds) } else { p.count });
         }
-        let matrix = FeatureMatrix::new(view, &queries, self.machine.features());
-        for (query, value) in queries.iter().zip(self.machine.decide(matrix)) {
+        let mut values = self.memory.recall(view, lambda);
+        let asked: Vec<Query> = queries.iter().filter(|q| values[q.pixel].is_nan()).copied().collect();
+        let matrix = FeatureMatrix::new(view, &asked, self.machine.features());
+        for (query, value) in asked.iter().zip(self.machine.decide(matrix)) {
             self.decided += 1;
             self.undefined += u64::from(value.is_nan());
+            values[query.pixel] = value;
+        }
+        for query in &queries {
+            let value = values[query.pixel];
             let value = if value.is_nan() { 1.0 } else { value };
             let count = view.pixels[query.pixel].count;
             decisions.targets[query.pixel] = if value > 0.0 { doubled(count, bounds) } else { count };
             decisions.values[query.pixel] = value.clamp(-64.0, 64.0) as f32;
         }
+        self.memory.keep(view, lambda, values);
         decisions
     }
 }

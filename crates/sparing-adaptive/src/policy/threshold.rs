@@ -4,6 +4,7 @@ use super::{Barrier, Decisions, Policy, doubled};
 use crate::goal::Goal;
 use crate::pooling::Plane;
 use crate::view::Statistics;
+use rayon::prelude::*;
 
 /// CIEDE2000 of a relative error of 1 at middle brightness (d L* = 116 / 3 Y^(1/3) dY / Y, at Y = 0.4): brings the two
 /// measures of error to one scale.
@@ -61,15 +62,17 @@ impl Policy for Threshold {
         let view = barrier.view();
         let spread = self.spread(barrier);
         let lambda = self.goal.threshold(view, &spread, barrier.bounds);
-        let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
-        for (pixel, &spread) in view.pixels.iter().zip(&spread.values) {
+        let bounds = barrier.bounds;
+        let pixels = view.pixels.par_iter().zip(&spread.values);
+        let decide = |(pixel, &spread): (&Statistics, &f32)| {
             let gain = f64::from(spread) / f64::from(pixel.count.max(1));
             // Zero spread never continues, whatever lambda.
             let go_on = gain > lambda && spread > 0.0;
-            decisions.targets.push(if go_on { doubled(pixel.count, barrier.bounds) } else { pixel.count });
-            decisions.values.push(decision_value(gain, lambda));
-        }
-        decisions
+            let target = if go_on { doubled(pixel.count, bounds) } else { pixel.count };
+            (target, decision_value(gain, lambda))
+        };
+        let (targets, values) = pixels.map(decide).unzip();
+        Decisions { targets, values, lambda: Some(lambda) }
     }
 }
 

@@ -5,7 +5,7 @@ use super::packet::{PACKET, Packet, TracePacket, TraceStatistics, select};
 use crate::needs::Needs;
 use crate::scene::Scene;
 use rayon::prelude::*;
-use sparing_image::film::{Film, FilmOptions, TILE, Tile};
+use sparing_image::film::{Film, FilmOptions, Tile};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// A scene with settings, ready to sample pixels.
@@ -13,6 +13,14 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: RenderSettings,
     pub(super) trace: TracePacket,
+}
+
+/// Samples above which a tile is split into rows: a few milliseconds, a thousand times what the split costs.
+const LARGEST_TASK: u64 = 4096;
+
+fn add(mut a: TraceStatistics, b: TraceStatistics) -> TraceStatistics {
+    a += b;
+    a
 }
 
 /// One pass over the film, seen and stopped from outside.
@@ -55,22 +63,45 @@ impl<'a> Renderer<'a> {
 
     /// Brings every pixel to as many samples as `target` says; those that have them are left alone. Returns the
     /// rays traced.
+    ///
+    /// Tiles are tasks, and those with much to do are split into their rows, so that all threads are busy to the end even if
+    /// the active pixels are few and close together. A pixel is sampled by one thread, in order: the split does not matter.
     pub fn run(
         &self,
         film: &mut Film,
         wave: &Wave,
         target: impl Fn(&Tile, usize) -> u32 + Sync,
     ) -> TraceStatistics {
-        film.tiles.par_iter_mut().map(|tile| self.run_tile(tile, wave, &target)).reduce(
-            TraceStatistics::default,
-            |mut a, b| {
-                a += b;
-                a
-            },
-        )
+        let tiles = film.tiles.par_iter_mut().with_max_len(1);
+        tiles.map(|tile| self.run_tile(tile, wave, &target)).reduce(TraceStatistics::default, add)
     }
 
     fn run_tile(
+        &self,
+        tile: &mut Tile,
+        wave: &Wave,
+        target: &(impl Fn(&Tile, usize) -> u32 + Sync),
+    ) -> TraceStatistics {
+        let missing = |i: usize| u64::from(target(tile, i).saturating_sub(tile.pixels[i].count()));
+        let samples: u64 = tile.indices().map(missing).sum();
+        if samples <= LARGEST_TASK {
+            return if samples > 0 {
+                self.run_pixels(tile, wave, target)
+            } else {
+                TraceStatistics::default()
+            };
+        }
+        let mut rows = tile.split_rows();
+        let rays = rows
+            .par_iter_mut()
+            .with_max_len(1)
+            .map(|row| self.run_pixels(row, wave, target))
+            .reduce(TraceStatistics::default, add);
+        tile.join_rows(rows);
+        rays
+    }
+
+    fn run_pixels(
         &self,
         tile: &mut Tile,
         wave: &Wave,
@@ -78,18 +109,14 @@ impl<'a> Renderer<'a> {
     ) -> TraceStatistics {
         let mut statistics = TraceStatistics::default();
         let mut samples = 0;
-        for y in 0..tile.height {
-            for x in 0..tile.width {
-                let index = (y * TILE + x) as usize;
-                if wave.stop.load(Ordering::Relaxed) {
-                    wave.samples.fetch_add(samples, Ordering::Relaxed);
-                    return statistics;
-                }
-                let (from, to) = (tile.pixels[index].count(), target(tile, index));
-                if from < to {
-                    statistics += self.sample_pixel(tile, index, from, to);
-                    samples += u64::from(to - from);
-                }
+        for index in tile.indices() {
+            if wave.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let (from, to) = (tile.pixels[index].count(), target(tile, index));
+            if from < to {
+                statistics += self.sample_pixel(tile, index, from, to);
+                samples += u64::from(to - from);
             }
         }
         wave.samples.fetch_add(samples, Ordering::Relaxed);
