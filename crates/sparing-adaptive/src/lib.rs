@@ -11,6 +11,7 @@
 //! | [`goal`] | tolerance, average or fixed threshold; what threshold reaches it |
 //! | [`policy`] | one file a policy |
 //! | [`features`] | what a machine knows of a pixel, by name |
+//! | [`paper_features`] | the eight features of 2015 |
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
 //! | [`training`] | rows from rendered scenes, labels, fits |
@@ -20,6 +21,7 @@ pub mod features;
 pub mod goal;
 pub mod layers;
 pub mod machine;
+pub mod paper_features;
 pub mod policy;
 pub mod pooling;
 pub mod study;

@@ -6,6 +6,7 @@
 //! the block size. The spread of the block means is an honest estimate of the error under low-discrepancy
 //! sampling, where the plain sample variance is far too large.
 
+use crate::color::rgb_to_xyz;
 use glam::{DVec3, Vec3};
 
 /// Blocks a pixel keeps.
@@ -160,6 +161,8 @@ pub struct Tile {
     pub auxiliary: Vec<AuxiliarySums>,
     /// Empty unless asked for.
     pub shapes: Vec<ShapeSet>,
+    /// Sums of the squared Y of XYZ, which the squares of the channels do not give. Empty unless asked for.
+    pub luminance_squares: Vec<f64>,
     /// Samples that were not finite or negative, and were left out.
     pub invalid: u32,
     /// Pixel and sample index of the first of them.
@@ -185,7 +188,11 @@ impl Tile {
     #[inline]
     pub fn add_sample(&mut self, index: usize, sample_index: u32, radiance: Vec3, weight: f32) {
         if radiance.is_finite() && radiance.min_element() >= 0.0 {
-            self.pixels[index].add(radiance * weight);
+            let sample = radiance * weight;
+            self.pixels[index].add(sample);
+            if let Some(sum) = self.luminance_squares.get_mut(index) {
+                *sum += rgb_to_xyz(sample.as_dvec3().to_array())[1].powi(2);
+            }
         } else {
             self.add_invalid(index, sample_index);
         }
@@ -208,6 +215,8 @@ pub struct FilmOptions {
     pub auxiliary: bool,
     /// Shape sets.
     pub shapes: bool,
+    /// Sums of squared luminance, the Y of XYZ.
+    pub luminance: bool,
 }
 
 /// The film of a picture or of its crop.
@@ -248,6 +257,7 @@ impl Film {
                         if options.auxiliary { TILE_PIXELS } else { 0 }
                     ],
                     shapes: vec![ShapeSet::default(); if options.shapes { TILE_PIXELS } else { 0 }],
+                    luminance_squares: vec![0.0; if options.luminance { TILE_PIXELS } else { 0 }],
                     invalid: 0,
                     first_invalid: None,
                 });
@@ -281,6 +291,7 @@ impl Film {
             t.pixels.capacity() * size_of::<Pixel>()
                 + t.auxiliary.capacity() * size_of::<AuxiliarySums>()
                 + t.shapes.iter().map(|s| size_of::<ShapeSet>() + 4 * s.more.capacity()).sum::<usize>()
+                + t.luminance_squares.capacity() * size_of::<f64>()
         };
         self.tiles.iter().map(|t| tile(t) as u64).sum()
     }

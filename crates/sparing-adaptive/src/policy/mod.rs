@@ -1,12 +1,14 @@
 //! Policies: who gets more samples. One file each.
 
 mod half_buffer;
+pub mod paper;
 mod shapes;
 mod svm;
 mod threshold;
 mod uniform;
 
 pub use half_buffer::HalfBuffer;
+pub use paper::Paper;
 pub use shapes::Shapes;
 pub use svm::{Band, Svm};
 pub(crate) use threshold::{PERCEIVED_PER_RELATIVE, own_spread};
