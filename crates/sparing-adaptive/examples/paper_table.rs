@@ -2,14 +2,14 @@
 //! many support vectors they have. `docs/adaptive-paper.md` has the results.
 //!
 //!     cargo run --release -p sparing-adaptive --example paper_table -- [--rows N]... [--median]
-//!         [--scale F] [--c C --gamma G] [--folds N]
+//!         [--scale F] [--c C,...] [--gamma G,...] [--folds N]
 //!
 //! The figures: share of the class +1 among the training rows, the cut in CIEDE2000, C, gamma; accuracy on the training
 //! rows, on all rows collected (121,352 by default), by cross-validation, on the validation scenes; the share of the larger
 //! class there; number of support vectors, and how many of them are at C.
 
 use sparing_adaptive::policy::paper::LAYERS;
-use sparing_adaptive::training::paper::{Cut, Fit, Pixel, Row, accuracy, collect, fit};
+use sparing_adaptive::training::paper::{Cut, Fit, Pixel, Row, accuracy, collect, fit, ordinary};
 use sparing_render::{BuildOptions, RenderSettings, Scene};
 use sparing_scene::generate::training::{Split, scene};
 
@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         match argument.as_str() {
             "--rows" => sizes.push(value()?.parse::<usize>()?),
             "--scale" => scale = value()?.parse()?,
-            "--c" => what.grid.c = vec![value()?.parse()?],
-            "--gamma" => what.grid.gamma = vec![value()?.parse()?],
+            "--c" => what.grid.c = list(&value()?)?,
+            "--gamma" => what.grid.gamma = list(&value()?)?,
             "--folds" => what.folds = value()?.parse()?,
             "--median" => what.cut = Cut::Median,
             _ => return Err(format!("{argument} is not an option").into()),
@@ -40,7 +40,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for rows in sizes {
         what.rows = rows;
         println!("\n{rows} rows, cut at the {:?}", what.cut);
-        println!("spp share+1 cut c gamma | training all-rows cross-validation | unseen larger-class | vectors at-C");
+        println!(
+            "spp share+1 cut c gamma | training all-rows cross-validation | unseen larger-class | vectors at-C"
+        );
         for (layer, samples) in LAYERS.iter().enumerate() {
             let of_layer = |pixels: &[Pixel]| pixels.iter().map(|p| p[layer]).collect::<Vec<Row>>();
             let (all, unseen) = (of_layer(&training), of_layer(&validation));
@@ -69,11 +71,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+fn list(text: &str) -> Result<Vec<f64>, std::num::ParseFloatError> {
+    text.split(',').map(str::parse).collect()
+}
+
 /// Pixels of all scenes of a split, as `sparing train --label paper --seed 1` collects them.
 fn pixels(split: Split, scale: f64) -> Result<Vec<Pixel>, Box<dyn std::error::Error>> {
     let mut all = Vec::new();
     for index in 0..split.scenes() {
         let mut description = scene(index, 1, split);
+        ordinary(&mut description);
         let side = |pixels: u32| (f64::from(pixels) * scale).round().max(1.0) as u32;
         let size = [side(description.film.width), side(description.film.height)];
         // The camera is built for the film's size.

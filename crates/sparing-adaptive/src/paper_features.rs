@@ -11,16 +11,8 @@ use sparing_image::film::{Film, FilmOptions, Tile};
 pub const COUNT: usize = 8;
 
 /// Their names in cards, in the order of the columns.
-pub const NAMES: [&str; COUNT] = [
-    "shapes",
-    "difference-x",
-    "difference-y",
-    "difference-z",
-    "mean-x",
-    "mean-y",
-    "mean-z",
-    "variance-y",
-];
+pub const NAMES: [&str; COUNT] =
+    ["shapes", "difference-x", "difference-y", "difference-z", "mean-x", "mean-y", "mean-z", "variance-y"];
 
 /// What a film must keep for them.
 pub const FILM: FilmOptions = FilmOptions { auxiliary: false, shapes: true, luminance: true };
@@ -112,7 +104,7 @@ mod tests {
     fn known_values() {
         // Grey 1 four times, then grey 3: X, Y and Z of grey v are v times those of white.
         let mut film = film(&[[Vec3::ONE; 4], [Vec3::splat(3.0); 4]].concat());
-        [7, 7, 0].map(|id| film.tiles[0].shapes[0].insert(id));
+        [7, 7, 0].iter().for_each(|id| film.tiles[0].shapes[0].insert(*id));
         let white = rgb_to_xyz([1.0; 3]);
         let found = features(&film.tiles[0], 0);
         assert_eq!(found[0], 2.0);

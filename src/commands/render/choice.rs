@@ -1,11 +1,11 @@
 //! Which policy, with what goal and bounds.
 
-use super::RenderArguments;
+use super::{RenderArguments, paper};
 use crate::commands::Usage;
 use clap::ValueEnum;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Policy, Shapes, Svm, Threshold, Uniform};
+use sparing_adaptive::policy::{Paper, Policy, Shapes, Svm, Threshold, Uniform};
 
 /// The machine that `sparing train` made; its card has the command.
 const MODEL: &str = include_str!("../../../models/svm/default.model");
@@ -25,12 +25,19 @@ pub(super) enum PolicyName {
     Shapes,
 }
 
+/// What decides for the policy `svm`.
+#[derive(Clone, Debug)]
+enum Chosen {
+    Machine(Machine),
+    Paper(Paper),
+}
+
 /// A policy and what it is to reach.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
     name: PolicyName,
     goal: Goal,
-    machine: Option<Machine>,
+    model: Option<Chosen>,
     pub(super) bounds: Bounds,
     pub(super) exposure: Option<f32>,
 }
@@ -42,9 +49,13 @@ impl Choice {
             return Err(Usage::error("the exposure for judging errors must be between -60 and 60 stops"));
         }
         let exposure = a.judge_exposure.map(f32::exp2);
-        let machine = match (&a.model, a.policy) {
-            (Some(path), PolicyName::Svm) => Some(Machine::read(path)?),
-            (None, PolicyName::Svm) => Some(Machine::from_text(MODEL, CARD)?),
+        let model = match (&a.model, a.policy) {
+            (Some(path), PolicyName::Svm) if path.as_os_str() == "paper" => {
+                Some(Chosen::Paper(paper::in_the_program()?))
+            }
+            (Some(path), PolicyName::Svm) if path.is_dir() => Some(Chosen::Paper(Paper::read(path)?)),
+            (Some(path), PolicyName::Svm) => Some(Chosen::Machine(Machine::read(path)?)),
+            (None, PolicyName::Svm) => Some(Chosen::Machine(Machine::from_text(MODEL, CARD)?)),
             (Some(_), _) => return Err(Usage::error("--model is for --policy svm")),
             (None, _) => None,
         };
@@ -64,13 +75,16 @@ impl Choice {
             return Ok(Self {
                 name: a.policy,
                 goal: Goal::Average(f64::from(max_spp)),
-                machine,
+                model,
                 bounds,
                 exposure,
             });
         }
         let min_spp = a.min_spp.unwrap_or(8.min(a.max_spp.unwrap_or(8)));
         let max_spp = a.max_spp.unwrap_or(512.max(min_spp));
+        if matches!(model, Some(Chosen::Paper(_))) {
+            paper::check(a, min_spp, max_spp)?;
+        }
         if min_spp > max_spp {
             return Err(Usage::error(format!("--min-spp {min_spp} is above --max-spp {max_spp}")));
         }
@@ -84,18 +98,26 @@ impl Choice {
             Some(n) => Goal::Average(f64::from(n)),
             None => Goal::Tolerance(a.tolerance.unwrap_or(1.0)),
         };
-        Ok(Self { name: a.policy, goal, machine, bounds: Bounds { min_spp, max_spp }, exposure })
+        Ok(Self { name: a.policy, goal, model, bounds: Bounds { min_spp, max_spp }, exposure })
     }
 
     /// The policy, ready to run.
     pub(super) fn policy(&self) -> Box<dyn Policy> {
-        match (self.name, &self.machine) {
-            (PolicyName::Svm, Some(machine)) => Box::new(Svm::new(self.goal, machine.clone())),
+        match (self.name, &self.model) {
+            (PolicyName::Svm, Some(Chosen::Machine(machine))) => {
+                Box::new(Svm::new(self.goal, machine.clone()))
+            }
+            (PolicyName::Svm, Some(Chosen::Paper(paper))) => Box::new(paper.clone()),
             (PolicyName::Uniform, _) => Box::new(Uniform),
             // Without a machine, which `new` does not let happen, its rule is left.
             (PolicyName::Threshold | PolicyName::Svm, _) => Box::new(Threshold::new(self.goal)),
             (PolicyName::Shapes, _) => Box::new(Shapes),
         }
+    }
+
+    /// The name of the model in the program, if it is not the default one.
+    pub(super) fn model(&self) -> Option<&'static str> {
+        matches!(self.model, Some(Chosen::Paper(_))).then_some("paper")
     }
 
     /// The policy's name.

@@ -1,6 +1,7 @@
 //! `sparing render`.
 
 mod choice;
+mod paper;
 mod plan;
 mod replay;
 mod save;
@@ -36,7 +37,8 @@ pub struct RenderArguments {
     /// Who gets samples.
     #[arg(long, value_enum, default_value_t)]
     policy: PolicyName,
-    /// Model of the policy svm, with its card beside it. Default: the one in the program.
+    /// Model of the policy svm, with its card beside it; paper, or a folder of models, for the sampler of Lin and Wu (2015).
+    /// Default: the one in the program.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Adaptive policies: render until the predicted mean error of the pixels is T just noticeable differences (CIEDE2000).

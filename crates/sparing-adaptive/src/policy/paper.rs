@@ -28,6 +28,8 @@ pub const CARD_LAYERS: &str = "layers";
 #[derive(Clone, Debug)]
 pub struct Paper {
     machines: Vec<Classifier>,
+    /// The last decision value of each pixel.
+    values: Vec<f32>,
     /// Decision values so far.
     pub decided: u64,
     /// Of them, those that were undefined; such a pixel goes on.
@@ -63,7 +65,7 @@ impl Paper {
             Classifier::new(model, card)
         };
         let machines = models.iter().zip(LAYERS).map(machine).collect::<Result<_, _>>()?;
-        Ok(Self { machines, decided: 0, undefined: 0 })
+        Ok(Self { machines, values: Vec::new(), decided: 0, undefined: 0 })
     }
 
     /// Reads the models of a folder and the cards beside them.
@@ -124,11 +126,9 @@ impl Policy for Paper {
         let counts = film.map(|t, i| t.pixels[i].count());
         // Pixels that have fewer samples than others have stopped.
         let reached = counts.iter().copied().max().unwrap_or(0);
-        let mut decisions = Decisions { values: vec![-1.0; counts.len()], targets: counts };
-        if reached >= bounds.max_spp {
-            return decisions;
-        }
-        let active = |t: &Tile, i: usize| t.pixels[i].count() == reached;
+        self.values.resize(counts.len(), -1.0);
+        let mut targets = counts;
+        let active = |t: &Tile, i: usize| t.pixels[i].count() == reached && reached < bounds.max_spp;
         let rows = film.map(|t, i| active(t, i).then(|| features(t, i)));
         let values = rows.iter().flatten().flatten().copied().collect();
         let found = self.layer(reached, FeatureMatrix { features: COUNT, values });
@@ -137,11 +137,11 @@ impl Policy for Paper {
             self.decided += 1;
             self.undefined += u64::from(value.is_nan());
             let value = if value.is_nan() { 1.0 } else { value };
-            decisions.values[pixel] = value.clamp(-64.0, 64.0) as f32;
+            self.values[pixel] = value.clamp(-64.0, 64.0) as f32;
             if value > 0.0 {
-                decisions.targets[pixel] = doubled(reached, bounds);
+                targets[pixel] = doubled(reached, bounds);
             }
         }
-        decisions
+        Decisions { targets, values: self.values.clone() }
     }
 }
