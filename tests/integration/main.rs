@@ -9,6 +9,7 @@ mod cli;
 mod common;
 mod interrupt;
 mod output;
+mod paper;
 mod references;
 mod study;
 mod tradeoff;

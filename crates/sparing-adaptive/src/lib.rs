@@ -11,6 +11,7 @@
 //! | [`goal`] | tolerance, average or fixed threshold; what threshold reaches it |
 //! | [`policy`] | one file a policy |
 //! | [`features`] | what a machine knows of a pixel, by name |
+//! | [`paper_features`] | the eight features of 2015 |
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
 //! | [`ledger`], [`redistribute`] | why choosing pixels by their samples takes no light away |
@@ -25,6 +26,7 @@ pub mod goal;
 pub mod layers;
 pub mod ledger;
 pub mod machine;
+pub mod paper_features;
 pub mod policy;
 pub mod pooling;
 pub mod redistribute;

@@ -20,33 +20,25 @@ pub enum MachineError {
 /// Rows that one task scales and evaluates.
 const BATCH: usize = 256;
 
-/// A machine of two classes, +1 for pixels that go on, with the features that it names. Shared by threads as it is.
+/// A model of two classes, +1 for pixels that go on, with the scaling of its features. Shared by threads as it is.
 #[derive(Clone, Debug)]
-pub struct Machine {
+pub struct Classifier {
     evaluator: Evaluator,
-    features: Vec<Feature>,
     scaling: Scaling,
     /// What turns the model's decision value into one that is positive for +1.
     sign: f64,
 }
 
-impl Machine {
+impl Classifier {
     /// From a model and its card.
     ///
     /// # Errors
-    /// The card names features that are not known, another number of them than the model has, or no scaling; the
-    /// model does not tell +1 from -1.
+    /// The card names another number of features than the model has, or no scaling; the model does not tell +1 from -1.
     pub fn new(model: &Model, card: &Card) -> Result<Self, MachineError> {
         let unfit = |message: String| Err(MachineError::Unfit(message));
-        let mut features = Vec::new();
-        for name in &card.features {
-            match Feature::from_name(name) {
-                Some(feature) => features.push(feature),
-                None => return unfit(format!("the feature {name:?} is not known")),
-            }
-        }
-        if features.len() != model.features {
-            return unfit(format!("it has {} features, its card names {}", model.features, features.len()));
+        let features = card.features.len();
+        if features != model.features {
+            return unfit(format!("it has {} features, its card names {features}", model.features));
         }
         let sign = match (model.svm_type.is_classifier(), &model.labels[..]) {
             (true, [1, -1]) => 1.0,
@@ -56,10 +48,59 @@ impl Machine {
         let Some(scaling) = card.scaling() else {
             return unfit("its card has no scaling of the features".to_owned());
         };
-        if scaling.features.len() != features.len() {
-            return unfit(format!("{} features and a scaling of {}", features.len(), scaling.features.len()));
+        if scaling.features.len() != features {
+            return unfit(format!("{features} features and a scaling of {}", scaling.features.len()));
         }
-        Ok(Self { evaluator: Evaluator::new(model)?, features, scaling, sign })
+        Ok(Self { evaluator: Evaluator::new(model)?, scaling, sign })
+    }
+
+    /// Number of support vectors.
+    #[must_use]
+    pub fn vectors(&self) -> usize {
+        self.evaluator.model().len()
+    }
+
+    /// One decision value a row, positive for pixels that go on. Features are scaled and held within the scaling's
+    /// range first: a machine extrapolates badly.
+    ///
+    /// # Panics
+    /// When the rows have another number of features.
+    #[must_use]
+    pub fn decide(&self, matrix: FeatureMatrix) -> Vec<f64> {
+        assert_eq!(matrix.features, self.scaling.features.len(), "as many features as the machine has");
+        let width = matrix.features.max(1);
+        let mut rows = matrix.values;
+        let mut out = vec![0.0; rows.len() / width];
+        rows.par_chunks_mut(BATCH * width).zip(out.par_chunks_mut(BATCH)).for_each(|(rows, out)| {
+            for row in rows.chunks_exact_mut(width) {
+                scale(&self.scaling, row);
+            }
+            self.evaluator.decide(rows, out);
+            out.iter_mut().for_each(|v| *v *= self.sign);
+        });
+        out
+    }
+}
+
+/// A classifier with the features that its card names.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    classifier: Classifier,
+    features: Vec<Feature>,
+}
+
+impl Machine {
+    /// From a model and its card.
+    ///
+    /// # Errors
+    /// The card names features that are not known; as [`Classifier::new`].
+    pub fn new(model: &Model, card: &Card) -> Result<Self, MachineError> {
+        let known = |name: &String| {
+            Feature::from_name(name)
+                .ok_or_else(|| MachineError::Unfit(format!("the feature {name:?} is not known")))
+        };
+        let features = card.features.iter().map(known).collect::<Result<_, _>>()?;
+        Ok(Self { classifier: Classifier::new(model, card)?, features })
     }
 
     /// Reads a model file and the card beside it.
@@ -78,9 +119,7 @@ impl Machine {
     /// # Errors
     /// As [`Machine::read`], but that the card's hash is not looked at.
     pub fn from_text(model: &str, card: &str) -> Result<Self, MachineError> {
-        let card = Card::from_text(card, "the model's card")?;
-        let options = ReadOptions { features: Some(card.features.len()), ..ReadOptions::default() };
-        let model = Model::read_from(model.as_bytes(), "the model", &options)?;
+        let (model, card) = parse(model, card)?;
         Self::new(&model, &card)
     }
 
@@ -93,34 +132,29 @@ impl Machine {
     /// Number of support vectors.
     #[must_use]
     pub fn vectors(&self) -> usize {
-        self.evaluator.model().len()
+        self.classifier.vectors()
     }
 
-    /// One decision value a row, positive for pixels that go on. Features are scaled and held within the scaling's
-    /// range first: a machine extrapolates badly.
+    /// [`Classifier::decide`].
     ///
     /// # Panics
     /// When the matrix has other features.
     #[must_use]
     pub fn decide(&self, matrix: FeatureMatrix) -> Vec<f64> {
-        assert_eq!(matrix.features, self.features.len(), "as many features as the machine has");
-        let width = matrix.features.max(1);
-        let mut rows = matrix.values;
-        let mut out = vec![0.0; rows.len() / width];
-        rows.par_chunks_mut(BATCH * width).zip(out.par_chunks_mut(BATCH)).for_each(|(rows, out)| {
-            for row in rows.chunks_exact_mut(width) {
-                scale(&self.scaling, row);
-            }
-            self.evaluator.decide(rows, out);
-            out.iter_mut().for_each(|v| *v *= self.sign);
-        });
-        out
+        self.classifier.decide(matrix)
     }
+}
+
+/// A model and its card from their texts.
+pub(crate) fn parse(model: &str, card: &str) -> Result<(Model, Card), MachineError> {
+    let card = Card::from_text(card, "the model's card")?;
+    let options = ReadOptions { features: Some(card.features.len()), ..ReadOptions::default() };
+    Ok((Model::read_from(model.as_bytes(), "the model", &options)?, card))
 }
 
 /// Scales a row and clips it to the scaling's range.
 pub(crate) fn scale(scaling: &Scaling, row: &mut [f64]) {
-    // The lengths are equal: `Machine::new` has checked it. A row of another length would stay as it is.
+    // The lengths are equal: `Classifier::new` has checked it. A row of another length would stay as it is.
     let _ = scaling.apply(row);
     row.iter_mut().for_each(|v| *v = v.clamp(scaling.lower, scaling.upper));
 }

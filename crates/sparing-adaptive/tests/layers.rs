@@ -267,8 +267,11 @@ fn a_render_goes_on_from_a_film_as_if_it_had_not_stopped() {
 
 /// A film with these samples in every pixel, as a hostile scene would fill it.
 fn filled(side: u32, samples: &[Vec3]) -> Film {
-    let mut film =
-        Film::new([side, side], [0, 0, side, side], FilmOptions { auxiliary: false, shapes: true });
+    let mut film = Film::new(
+        [side, side],
+        [0, 0, side, side],
+        FilmOptions { auxiliary: false, shapes: true, luminance: false },
+    );
     for tile in &mut film.tiles {
         for i in 0..tile.pixels.len() {
             for (n, s) in samples.iter().enumerate() {

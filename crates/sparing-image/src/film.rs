@@ -6,6 +6,7 @@
 //! the block size. The spread of the block means is an honest estimate of the error under low-discrepancy
 //! sampling, where the plain sample variance is far too large.
 
+use crate::color::rgb_to_xyz;
 use glam::{DVec3, Vec3};
 
 /// Blocks a pixel keeps.
@@ -160,6 +161,8 @@ pub struct Tile {
     pub auxiliary: Vec<AuxiliarySums>,
     /// Empty unless asked for.
     pub shapes: Vec<ShapeSet>,
+    /// Sums of the squared Y of XYZ, which the squares of the channels do not give. Empty unless asked for.
+    pub luminance_squares: Vec<f64>,
     /// Samples that were not finite or negative, and were left out.
     pub invalid: u32,
     /// Pixel and sample index of the first of them.
@@ -195,6 +198,7 @@ impl Tile {
             std::mem::take(&mut self.auxiliary).into_iter(),
             std::mem::take(&mut self.shapes).into_iter(),
         );
+        let mut squares = std::mem::take(&mut self.luminance_squares).into_iter();
         (0..self.height)
             .map(|y| Self {
                 x0: self.x0,
@@ -204,6 +208,7 @@ impl Tile {
                 pixels: pixels.by_ref().take(TILE as usize).collect(),
                 auxiliary: auxiliary.by_ref().take(TILE as usize).collect(),
                 shapes: shapes.by_ref().take(TILE as usize).collect(),
+                luminance_squares: squares.by_ref().take(TILE as usize).collect(),
                 invalid: 0,
                 first_invalid: None,
             })
@@ -216,6 +221,7 @@ impl Tile {
             self.pixels.extend(row.pixels);
             self.auxiliary.extend(row.auxiliary);
             self.shapes.extend(row.shapes);
+            self.luminance_squares.extend(row.luminance_squares);
             self.invalid += row.invalid;
             self.first_invalid = self.first_invalid.or(row.first_invalid);
         }
@@ -227,13 +233,20 @@ impl Tile {
         if !self.shapes.is_empty() {
             self.shapes.resize_with(TILE_PIXELS, ShapeSet::default);
         }
+        if !self.luminance_squares.is_empty() {
+            self.luminance_squares.resize(TILE_PIXELS, 0.0);
+        }
     }
 
     /// Adds a sample if it is finite and not negative, else counts it. `weight` is the filter's.
     #[inline]
     pub fn add_sample(&mut self, index: usize, sample_index: u32, radiance: Vec3, weight: f32) {
         if radiance.is_finite() && radiance.min_element() >= 0.0 {
-            self.pixels[index].add(radiance * weight);
+            let sample = radiance * weight;
+            self.pixels[index].add(sample);
+            if let Some(sum) = self.luminance_squares.get_mut(index) {
+                *sum += rgb_to_xyz(sample.as_dvec3().to_array())[1].powi(2);
+            }
         } else {
             self.add_invalid(index, sample_index);
         }
@@ -256,6 +269,8 @@ pub struct FilmOptions {
     pub auxiliary: bool,
     /// Shape sets.
     pub shapes: bool,
+    /// Sums of squared luminance, the Y of XYZ.
+    pub luminance: bool,
 }
 
 /// The film of a picture or of its crop.
@@ -299,6 +314,7 @@ impl Film {
                         if options.auxiliary { TILE_PIXELS } else { 0 }
                     ],
                     shapes: vec![ShapeSet::default(); if options.shapes { TILE_PIXELS } else { 0 }],
+                    luminance_squares: vec![0.0; if options.luminance { TILE_PIXELS } else { 0 }],
                     invalid: 0,
                     first_invalid: None,
                 });
@@ -332,6 +348,7 @@ impl Film {
             t.pixels.capacity() * size_of::<Pixel>()
                 + t.auxiliary.capacity() * size_of::<AuxiliarySums>()
                 + t.shapes.iter().map(|s| size_of::<ShapeSet>() + 4 * s.more.capacity()).sum::<usize>()
+                + t.luminance_squares.capacity() * size_of::<f64>()
         };
         self.tiles.iter().map(|t| tile(t) as u64).sum()
     }
@@ -427,7 +444,7 @@ mod tests {
 
     #[test]
     fn rows_of_a_tile_come_back_as_they_were() {
-        let options = FilmOptions { auxiliary: true, shapes: true };
+        let options = FilmOptions { auxiliary: true, shapes: true, luminance: true };
         let mut film = Film::new([30, 30], [3, 5, 22, 13], options);
         for tile in &mut film.tiles {
             let (x0, y0, height) = (tile.x0, tile.y0, tile.height);

@@ -36,7 +36,7 @@ fn film(options: FilmOptions) -> Film {
     film
 }
 
-const ALL: FilmOptions = FilmOptions { auxiliary: true, shapes: true };
+const ALL: FilmOptions = FilmOptions { auxiliary: true, shapes: true, luminance: false };
 
 fn value(image: &ExrImage, name: &str, x: u32, y: u32) -> f32 {
     let at =

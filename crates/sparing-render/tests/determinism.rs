@@ -11,7 +11,7 @@ use sparing_scene::SceneDescription;
 use sparing_scene::description::{ColorInput, FloatInput, MaterialId, MaterialKind, Roughness};
 
 const SIZE: [u32; 2] = [45, 37];
-const OPTIONS: FilmOptions = FilmOptions { auxiliary: true, shapes: true };
+const OPTIONS: FilmOptions = FilmOptions { auxiliary: true, shapes: true, luminance: false };
 
 fn description() -> SceneDescription {
     let glass = MaterialKind::Dielectric {

@@ -130,7 +130,7 @@ fn what_is_not_needed_does_not_run() {
     d.shapes[1].emission = None;
     assert_eq!(ran(d, none), [], "darkness needs nothing");
 
-    let aux = FilmOptions { auxiliary: true, shapes: true };
+    let aux = FilmOptions { auxiliary: true, shapes: true, luminance: false };
     assert_eq!(ran(plain(), aux), [&base[..], &[Counter::Auxiliary, Counter::Shape]].concat(), "layers");
 
     // An instanced box: transforms are a need of their own.

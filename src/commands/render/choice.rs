@@ -1,12 +1,12 @@
 //! Which policy, with what goal and bounds.
 
-use super::RenderArguments;
+use super::{RenderArguments, paper};
 use crate::commands::Usage;
-use crate::commands::machine::shipped;
+use crate::commands::machine::{shipped, shipped_paper};
 use clap::ValueEnum;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Planned, Policy, Shapes, Svm, Threshold, Uniform};
+use sparing_adaptive::policy::{Paper, Planned, Policy, Shapes, Svm, Threshold, Uniform};
 
 /// The policies by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -22,12 +22,19 @@ pub(super) enum PolicyName {
     Shapes,
 }
 
+/// What decides for the policy `svm`.
+#[derive(Clone, Debug)]
+enum Chosen {
+    Machine(Machine),
+    Paper(Paper),
+}
+
 /// A policy and what it is to reach.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
     name: PolicyName,
     goal: Goal,
-    machine: Option<Machine>,
+    model: Option<Chosen>,
     unbiased: bool,
     pub(super) bounds: Bounds,
     pub(super) exposure: Option<f32>,
@@ -40,9 +47,13 @@ impl Choice {
             return Err(Usage::error("the exposure for judging errors must be between -60 and 60 stops"));
         }
         let exposure = a.judge_exposure.map(f32::exp2);
-        let machine = match (&a.model, a.policy) {
-            (Some(path), PolicyName::Svm) => Some(Machine::read(path)?),
-            (None, PolicyName::Svm) => Some(shipped()?),
+        let model = match (&a.model, a.policy) {
+            (Some(path), PolicyName::Svm) if path.as_os_str() == "paper" => {
+                Some(Chosen::Paper(shipped_paper()?))
+            }
+            (Some(path), PolicyName::Svm) if path.is_dir() => Some(Chosen::Paper(Paper::read(path)?)),
+            (Some(path), PolicyName::Svm) => Some(Chosen::Machine(Machine::read(path)?)),
+            (None, PolicyName::Svm) => Some(Chosen::Machine(shipped()?)),
             (Some(_), _) => return Err(Usage::error("--model is for --policy svm")),
             (None, _) => None,
         };
@@ -65,7 +76,7 @@ impl Choice {
             return Ok(Self {
                 name: a.policy,
                 goal: Goal::Average(f64::from(max_spp)),
-                machine,
+                model,
                 unbiased: false,
                 bounds,
                 exposure,
@@ -73,6 +84,9 @@ impl Choice {
         }
         let min_spp = a.min_spp.unwrap_or(8.min(a.max_spp.unwrap_or(8)));
         let max_spp = a.max_spp.unwrap_or(512.max(min_spp));
+        if matches!(model, Some(Chosen::Paper(_))) {
+            paper::check(a, min_spp, max_spp)?;
+        }
         if min_spp > max_spp {
             return Err(Usage::error(format!("--min-spp {min_spp} is above --max-spp {max_spp}")));
         }
@@ -89,7 +103,7 @@ impl Choice {
         Ok(Self {
             name: a.policy,
             goal,
-            machine,
+            model,
             unbiased: a.unbiased,
             bounds: Bounds { min_spp, max_spp },
             exposure,
@@ -101,13 +115,21 @@ impl Choice {
         if self.unbiased {
             return Box::new(Planned { goal: self.goal });
         }
-        match (self.name, &self.machine) {
-            (PolicyName::Svm, Some(machine)) => Box::new(Svm::new(self.goal, machine.clone())),
+        match (self.name, &self.model) {
+            (PolicyName::Svm, Some(Chosen::Machine(machine))) => {
+                Box::new(Svm::new(self.goal, machine.clone()))
+            }
+            (PolicyName::Svm, Some(Chosen::Paper(paper))) => Box::new(paper.clone()),
             (PolicyName::Uniform, _) => Box::new(Uniform),
             // Without a machine, which `new` does not let happen, its rule is left.
             (PolicyName::Threshold | PolicyName::Svm, _) => Box::new(Threshold::new(self.goal)),
             (PolicyName::Shapes, _) => Box::new(Shapes),
         }
+    }
+
+    /// The name of the model in the program, if it is not the default one.
+    pub(super) fn model(&self) -> Option<&'static str> {
+        matches!(self.model, Some(Chosen::Paper(_))).then_some("paper")
     }
 
     /// The policy's name.

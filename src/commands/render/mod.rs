@@ -1,6 +1,7 @@
 //! `sparing render`.
 
 mod choice;
+mod paper;
 mod plan;
 mod replay;
 mod save;
@@ -37,7 +38,8 @@ pub struct RenderArguments {
     /// Who gets samples.
     #[arg(long, value_enum, default_value_t)]
     policy: PolicyName,
-    /// Model of the policy svm, with its card beside it. Default: the one in the program.
+    /// Model of the policy svm, with its card beside it; paper, or a folder of models, for the sampler of Lin and Wu (2015).
+    /// Default: the one in the program.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Policies threshold and svm: a pixel's own samples have no say in how many it gets, so that every pixel's mean is unbiased.

@@ -67,6 +67,7 @@ impl Plan {
             film: FilmOptions {
                 auxiliary: a.layers,
                 shapes: a.layers || choice.policy().film_options().shapes,
+                luminance: choice.policy().film_options().luminance,
             },
             choice,
             settings,

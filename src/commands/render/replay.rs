@@ -13,7 +13,7 @@ pub(super) fn replay(scene: &Scene, plan: &Plan, pixel: [u32; 2], sample: u32) -
     if x >= plan.size[0] || y >= plan.size[1] {
         bail!("pixel {x},{y} is outside the picture of {}x{}", plan.size[0], plan.size[1]);
     }
-    let options = FilmOptions { auxiliary: true, shapes: false };
+    let options = FilmOptions { auxiliary: true, shapes: false, luminance: false };
     let mut film = Film::new(plan.size, [x, y, x + 1, y + 1], options);
     let renderer = Renderer::new(scene, plan.settings, options);
     let tile = &mut film.tiles[0];

@@ -41,7 +41,7 @@ impl Run<'_> {
             width: film.width(),
             height: film.height(),
             policy: plan.choice.name().to_owned(),
-            model: None,
+            model: plan.choice.model().map(str::to_owned),
             seed: plan.settings.seed,
             threads,
             load_seconds,

@@ -43,7 +43,7 @@ impl Stage {
         let size = [description.film.width, description.film.height];
         check_size(size[0], size[1]).map_err(anyhow::Error::msg)?;
         let tiles = size.map(|s| u64::from(s.div_ceil(TILE)));
-        let options = FilmOptions { auxiliary: false, shapes: true };
+        let options = FilmOptions { auxiliary: false, shapes: true, luminance: false };
         let film = tiles[0] * tiles[1] * Film::new([TILE, TILE], [0, 0, TILE, TILE], options).bytes();
         let pictures = u64::from(size[0]) * u64::from(size[1]) * PICTURE_BYTES;
         memory::check(&format!("a picture of {}x{}", size[0], size[1]), film + pictures)

@@ -4,12 +4,10 @@
 //! sparing rows 1
 //! settings          what the rows depend on; rows of other settings are collected again
 //! count
-//! gains features     one line a row, with all digits
+//! numbers            one line a row, with all digits
 //! ```
 
 use anyhow::Context;
-use sparing_adaptive::features::Feature;
-use sparing_adaptive::training::Row;
 use sparing_image::atomic::{OutputError, write_atomic};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -22,14 +20,15 @@ const FORMAT: &str = "sparing rows 1";
 pub(super) struct Cache {
     folder: PathBuf,
     settings: String,
+    columns: usize,
 }
 
 impl Cache {
-    pub(super) fn new(folder: PathBuf, settings: &str) -> anyhow::Result<Self> {
+    /// For rows of so many numbers. Rows of other settings are not read.
+    pub(super) fn new(folder: PathBuf, settings: String, columns: usize) -> anyhow::Result<Self> {
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        let features: Vec<&str> = Feature::ALL.iter().map(|f| f.name()).collect();
-        Ok(Self { folder, settings: format!("{settings} features {}", features.join(",")) })
+        Ok(Self { folder, settings, columns })
     }
 
     fn path(&self, index: u32) -> PathBuf {
@@ -37,7 +36,7 @@ impl Cache {
     }
 
     /// The rows of a scene; `None` if there are none of these settings.
-    pub(super) fn read(&self, index: u32) -> anyhow::Result<Option<Vec<Row>>> {
+    pub(super) fn read(&self, index: u32) -> anyhow::Result<Option<Vec<Vec<f64>>>> {
         let path = self.path(index);
         match std::fs::read_to_string(&path) {
             Ok(text) => Ok(self.parse(&text)),
@@ -48,30 +47,23 @@ impl Cache {
         }
     }
 
-    fn parse(&self, text: &str) -> Option<Vec<Row>> {
+    fn parse(&self, text: &str) -> Option<Vec<Vec<f64>>> {
         let mut lines = text.lines();
         let count: usize = match (lines.next(), lines.next(), lines.next()) {
             (Some(FORMAT), Some(settings), Some(count)) if settings == self.settings => count.parse().ok()?,
             _ => return None,
         };
-        let rows: Vec<Row> = lines
-            .map(|line| {
-                let values: Vec<f64> = line
-                    .split(' ')
-                    .map(|v| v.parse().ok().filter(|v: &f64| v.is_finite()))
-                    .collect::<Option<_>>()?;
-                let (gains, features) = values.split_first_chunk()?;
-                (features.len() == Feature::ALL.len())
-                    .then(|| Row { gains: *gains, features: features.to_vec() })
-            })
-            .collect::<Option<_>>()?;
+        let number = |v: &str| v.parse().ok().filter(|v: &f64| v.is_finite());
+        let row = |line: &str| line.split(' ').map(number).collect::<Option<Vec<f64>>>();
+        let rows: Vec<Vec<f64>> =
+            lines.map(|l| row(l).filter(|r| r.len() == self.columns)).collect::<Option<_>>()?;
         (rows.len() == count).then_some(rows)
     }
 
-    pub(super) fn write(&self, index: u32, rows: &[Row]) -> anyhow::Result<()> {
+    pub(super) fn write(&self, index: u32, rows: &[Vec<f64>]) -> anyhow::Result<()> {
         let mut text = format!("{FORMAT}\n{}\n{}\n", self.settings, rows.len());
         for row in rows {
-            for (i, value) in row.gains.iter().chain(&row.features).enumerate() {
+            for (i, value) in row.iter().enumerate() {
                 let _ = write!(text, "{}{value:e}", if i == 0 { "" } else { " " });
             }
             text.push('\n');

@@ -2,6 +2,7 @@
 
 mod half_buffer;
 mod memory;
+pub mod paper;
 mod planned;
 mod shapes;
 mod svm;
@@ -9,6 +10,7 @@ mod threshold;
 mod uniform;
 
 pub use half_buffer::HalfBuffer;
+pub use paper::Paper;
 pub use planned::Planned;
 pub use shapes::Shapes;
 pub use svm::{Band, Svm};

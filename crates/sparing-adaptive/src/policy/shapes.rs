@@ -14,7 +14,7 @@ impl Policy for Shapes {
     }
 
     fn film_options(&self) -> FilmOptions {
-        FilmOptions { auxiliary: false, shapes: true }
+        FilmOptions { auxiliary: false, shapes: true, luminance: false }
     }
 
     fn uses_exposure(&self) -> bool {

@@ -102,6 +102,11 @@ impl Replay {
                             if let (Some(to), Some(from)) = (tile.shapes.get_mut(i), from.shapes.get(i)) {
                                 *to = from.clone();
                             }
+                            if let (Some(to), Some(from)) =
+                                (tile.luminance_squares.get_mut(i), from.luminance_squares.get(i))
+                            {
+                                *to = *from;
+                            }
                             any = true;
                         }
                     }
