@@ -166,51 +166,47 @@ impl FeatureMatrix {
     }
 }
 
-/// A pixel with its neighbours.
+/// A pixel with sums over its 3 by 3 neighbours.
 struct Around<'a> {
     own: &'a Statistics,
-    neighbours: [Neighbour<'a>; 9],
-    len: usize,
+    mean: [f64; 3],
+    spread: Summary,
+    perceived: Summary,
+    peak: Summary,
 }
 
-/// A neighbour with what several features need.
-#[derive(Clone, Copy)]
-struct Neighbour<'a> {
-    statistics: &'a Statistics,
-    spread: f64,
-    perceived: f64,
+/// Mean and largest of a quantity that is not negative.
+#[derive(Default)]
+struct Summary {
+    mean: f64,
+    max: f64,
 }
 
-impl<'a> Neighbour<'a> {
-    fn new(statistics: &'a Statistics) -> Self {
-        Self { statistics, spread: own_spread(statistics).into(), perceived: perceived(statistics) }
+impl Summary {
+    fn add(&mut self, value: f32, weight: f64) {
+        self.mean += weight * f64::from(value);
+        self.max = self.max.max(value.into());
     }
 }
 
 impl<'a> Around<'a> {
     fn new(view: &'a View, pixel: usize) -> Self {
-        let own = &view.pixels[pixel];
         let (x, y) = (pixel % view.width, pixel / view.width);
-        let mut around = Self { own, neighbours: [Neighbour::new(own); 9], len: 0 };
-        for row in y.saturating_sub(1)..(y + 2).min(view.height) {
-            for column in x.saturating_sub(1)..(x + 2).min(view.width) {
-                around.neighbours[around.len] = Neighbour::new(&view.pixels[row * view.width + column]);
-                around.len += 1;
+        let columns = x.saturating_sub(1)..(x + 2).min(view.width);
+        let rows = y.saturating_sub(1)..(y + 2).min(view.height);
+        let weight = 1.0 / (columns.len() * rows.len()).max(1) as f64;
+        let (mut spread, mut perceived, mut peak) =
+            (Summary::default(), Summary::default(), Summary::default());
+        let mut mean = [0.0; 3];
+        for row in rows {
+            for p in &view.pixels[row * view.width..][columns.clone()] {
+                spread.add(own_spread(p), weight);
+                perceived.add((p.perceived_error * (p.count as f32).sqrt()).min(1e30), weight);
+                peak.add(p.peak, weight);
+                mean.iter_mut().zip(p.mean).for_each(|(m, v)| *m += weight * f64::from(v));
             }
         }
-        around
-    }
-
-    fn all(&self) -> &[Neighbour<'a>] {
-        &self.neighbours[..self.len]
-    }
-
-    fn mean(&self, f: impl Fn(&Neighbour<'a>) -> f64) -> f64 {
-        self.all().iter().map(|p| f(p)).sum::<f64>() / self.len.max(1) as f64
-    }
-
-    fn max(&self, f: impl Fn(&Neighbour<'a>) -> f64) -> f64 {
-        self.all().iter().map(|p| f(p)).fold(0.0, f64::max)
+        Self { own: &view.pixels[pixel], mean, spread, perceived, peak }
     }
 
     fn value(&self, feature: Feature, query: &Query) -> f64 {
@@ -222,7 +218,7 @@ impl<'a> Around<'a> {
                 let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
                 log(squares.sqrt() * root(p), 1e-5)
             }
-            Feature::PerceivedError => log(perceived(p), 1e-3),
+            Feature::PerceivedError => log(f64::from(p.perceived_error) * root(p), 1e-3),
             Feature::HalfDifference => log(f64::from(p.perceived_half_difference) * root(p), 1e-3),
             Feature::Lightness => p.lab[0].into(),
             Feature::GreenRed => p.lab[1].into(),
@@ -230,15 +226,14 @@ impl<'a> Around<'a> {
             Feature::Luminance => log(luminance(p.mean), 1e-4),
             Feature::Peak => log(f64::from(p.peak), 1e-2),
             Feature::Zeros => f64::from(p.zeros),
-            Feature::SpreadMean => log(self.mean(|p| p.spread), 1e-3),
-            Feature::SpreadMax => log(self.max(|p| p.spread), 1e-3),
-            Feature::PerceivedMean => log(self.mean(|p| p.perceived), 1e-3),
-            Feature::PerceivedMax => log(self.max(|p| p.perceived), 1e-3),
-            Feature::PeakMean => log(self.mean(|p| p.statistics.peak.into()), 1e-2),
-            Feature::PeakMax => log(self.max(|p| p.statistics.peak.into()), 1e-2),
+            Feature::SpreadMean => log(self.spread.mean, 1e-3),
+            Feature::SpreadMax => log(self.spread.max, 1e-3),
+            Feature::PerceivedMean => log(self.perceived.mean, 1e-3),
+            Feature::PerceivedMax => log(self.perceived.max, 1e-3),
+            Feature::PeakMean => log(self.peak.mean, 1e-2),
+            Feature::PeakMax => log(self.peak.max, 1e-2),
             Feature::NeighbourDistance => {
-                let mean: [f64; 3] = std::array::from_fn(|c| self.mean(|p| p.statistics.mean[c].into()));
-                let mean = fast::rgb_to_lab(mean.map(|x| x.clamp(0.0, 1.0) as f32));
+                let mean = fast::rgb_to_lab(self.mean.map(|x| x.clamp(0.0, 1.0) as f32));
                 let squares: f32 = p.lab.iter().zip(mean).map(|(a, b)| (a - b) * (a - b)).sum();
                 log(squares.sqrt().into(), 1e-2)
             }
@@ -269,10 +264,6 @@ fn ln(x: f64) -> f64 {
 
 fn root(p: &Statistics) -> f64 {
     f64::from(p.count).sqrt()
-}
-
-fn perceived(p: &Statistics) -> f64 {
-    f64::from(p.perceived_error) * root(p)
 }
 
 /// L*a*b* as a display shows it: values beyond 1 are white.

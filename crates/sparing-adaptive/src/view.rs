@@ -11,7 +11,7 @@ pub use crate::statistics::Statistics;
 use crate::statistics::update_tile;
 use rayon::prelude::*;
 use sparing_image::color;
-use sparing_image::film::{Film, Tile};
+use sparing_image::film::{Film, TILE, Tile};
 
 /// By how much the spread of block means over-estimates the error under Owen-scrambled Sobol points, for 8 blocks.
 pub const BLOCK_EXCESS: f64 = 1.35;
@@ -77,16 +77,17 @@ impl View {
         });
     }
 
-    /// The exposure that a film suggests: [`color::auto_exposure`] of about 65,536 of its pixels, evenly spread.
+    /// The exposure that a film suggests: [`color::auto_exposure`] of its pixels; of large films, of some in each tile.
     #[must_use]
     pub fn auto_exposure(film: &Film) -> f32 {
-        let stride = (film.tiles.len() / 1024).max(1);
+        // About 65,536 pixels, but at least one a tile: tiles left out could be whole columns of the picture.
+        let step = (film.tiles.len() / 1024).clamp(1, (TILE * TILE) as usize);
         let means = |tile: &Tile| {
             let mean = |y: u32, x: u32| tile.pixels[tile.index(tile.x0 + x, tile.y0 + y)].mean();
             let position = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (y, x)));
-            position.map(|(y, x)| mean(y, x).as_vec3().to_array()).collect::<Vec<_>>()
+            position.step_by(step).map(|(y, x)| mean(y, x).as_vec3().to_array()).collect::<Vec<_>>()
         };
-        let parts: Vec<Vec<[f32; 3]>> = film.tiles.par_iter().step_by(stride).map(means).collect();
+        let parts: Vec<Vec<[f32; 3]>> = film.tiles.par_iter().map(means).collect();
         color::auto_exposure(&parts.concat())
     }
 
