@@ -1,7 +1,7 @@
 //! How many samples the policies need, relative to uniform sampling, on validation scenes that no machine has seen.
 //!
 //!     cargo run --release -p sparing-adaptive --example compare_policies -- [--first N] [--scenes N] [--seeds N] [--scale F]
-//!         [--reference SPP] [MODEL ...]
+//!         [--reference SPP] [MODEL[@STOP,GO_ON] ...]
 //!
 //! Each scene is rendered evenly to 512 samples per pixel with some seeds, and a reference with another one. Policies are
 //! replayed on the stored layers, for many thresholds. For each figure of error, the average of samples at which a
@@ -10,7 +10,7 @@
 use sparing_adaptive::features::display_lab;
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
-use sparing_adaptive::policy::{Planned, Policy, Svm, Threshold};
+use sparing_adaptive::policy::{Band, Planned, Policy, Svm, Threshold};
 use sparing_adaptive::training::Replay;
 use sparing_adaptive::view::View;
 use sparing_image::color::{auto_exposure, ciede2000, luminance};
@@ -150,10 +150,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--seeds" => seeds = value()?.parse()?,
             "--scale" => scale = value()?.parse()?,
             "--reference" => reference = value()?.parse()?,
-            path => {
+            name => {
+                let (path, band) = name.split_once('@').unwrap_or((name, ""));
                 let machine = Machine::read(path)?;
-                let make: Make = Box::new(move |l| Box::new(Svm::new(Goal::Threshold(l), machine.clone())));
-                entries.push(Entry::new(path, make));
+                let band = match band.split_once(',') {
+                    Some((stop, go_on)) => Band { stop: stop.parse()?, go_on: go_on.parse()? },
+                    None => Band::default(),
+                };
+                let make: Make = Box::new(move |l| {
+                    let mut svm = Svm::new(Goal::Threshold(l), machine.clone());
+                    svm.band = band;
+                    Box::new(svm)
+                });
+                entries.push(Entry::new(name, make));
             }
         }
     }

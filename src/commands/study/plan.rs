@@ -99,7 +99,7 @@ impl PolicyName {
     }
 
     /// The settings to render with, from cheap to dear. For the adaptive ones the sweep ends where the errors of all
-    /// levels have been reached; `shapes` may never reach them and goes to the end.
+    /// levels have been reached; all end at four times the highest level.
     pub(super) fn knobs(self, levels: &[u32], max_spp: u32) -> Vec<Knob> {
         let doubling = || (3..=20).map(|k| 1u32 << k).take_while(move |n| *n < max_spp).chain([max_spp]);
         match self {
@@ -238,7 +238,8 @@ impl Plan {
     pub(super) fn guess(&self, policy: PolicyName, knob: Knob) -> f64 {
         let spp = knob.guess(self.max_spp);
         let top = self.levels.last().map_or(0.0, |n| f64::from(*n));
-        if policy.ends_early() && spp > 3.0 * top { 0.0 } else { spp }
+        let end = if policy.ends_early() { 2.0 } else { 4.0 };
+        if spp > end * top { 0.0 } else { spp }
     }
 }
 

@@ -58,7 +58,7 @@ fn scene(
         let knobs = plan.knobs(policy);
         for (i, &knob) in knobs.iter().enumerate() {
             let of_curve = !matches!(knob, Knob::Tolerance(_));
-            if of_curve && policy.ends_early() && enough(&records, policy, plan) {
+            if of_curve && enough(&records, policy, plan) {
                 progress.done(plan.guess(policy, knob), None);
                 continue;
             }
@@ -131,13 +131,22 @@ fn measure(
     Some(median)
 }
 
-/// Whether a policy's renders so far reach well beyond the highest level in all metrics, or can go no further.
+/// A sweep goes on to so many times the highest level at most, whether it reaches the errors or not.
+const BEYOND: f64 = 4.0;
+
+/// Whether a policy's renders so far reach well beyond the highest level in all metrics, or go far enough without.
 fn enough(records: &[Record], policy: PolicyName, plan: &Plan) -> bool {
     let Some(last) = records.iter().rfind(|r| r.policy == policy) else { return false };
     if last.average_spp >= 0.98 * f64::from(plan.max_spp) {
         return true;
     }
     let Some(top) = plan.levels.last().map(|n| f64::from(*n)) else { return true };
+    if last.average_spp >= BEYOND * top {
+        return true;
+    }
+    if !policy.ends_early() {
+        return false;
+    }
     let uniform = |m: Metric| {
         let points = records.iter().filter(|r| r.policy == PolicyName::Uniform);
         Curve::new(points.map(|r| (r.average_spp, m.of(r)))).error_at(top)

@@ -41,7 +41,7 @@ pub(super) struct TrainArguments {
     scene_rows: usize,
     /// What a row is told: realised, conditional or expected gain. Or paper: the sampler of Lin and Wu (2015), which has no
     /// use for --replicates, --reference, --max-spp and --vectors.
-    #[arg(long, default_value = "conditional")]
+    #[arg(long, default_value = "realised")]
     label: Target,
     /// Independent renders of each scene.
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=64),
@@ -57,7 +57,7 @@ pub(super) struct TrainArguments {
     #[arg(long, value_name = "F", default_value_t = 0.5, value_parser = size_scale, allow_negative_numbers = true)]
     size_scale: f64,
     /// Most support vectors.
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = rows, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = rows, allow_negative_numbers = true)]
     vectors: usize,
     /// Seed of all random choices.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64),

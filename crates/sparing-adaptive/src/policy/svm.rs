@@ -18,9 +18,9 @@ pub struct Band {
 }
 
 impl Default for Band {
-    /// The band in which the experiments were made: farther out, a machine only extrapolates.
+    /// Wider ones gained nothing and cost more decisions, and far out a machine only extrapolates: docs/adaptive.md.
     fn default() -> Self {
-        Self { stop: -1.0, go_on: 0.35 }
+        Self { stop: -0.6, go_on: 0.35 }
     }
 }
 

@@ -36,7 +36,7 @@ impl Default for Fit {
             rows: 4000,
             grid: Grid { c: vec![0.125, 0.5, 2.0], gamma: vec![0.25, 1.0, 3.0] },
             folds: 5,
-            vectors: 256,
+            vectors: 128,
             seed: 1,
         }
     }
