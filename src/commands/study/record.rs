@@ -82,7 +82,7 @@ pub(super) struct Record {
     pub(super) bias: f64,
     /// None if the reference is black.
     pub(super) bias_dark: Option<f64>,
-    /// The mean CIEDE2000 error that the film itself predicts, at the reference's exposure.
+    /// The mean CIEDE2000 error that the render reports; where it reports none, what the film predicts.
     pub(super) predicted_de: f64,
     /// The relMSE that it predicts.
     pub(super) predicted_rel_mse: f64,
@@ -123,7 +123,7 @@ impl Record {
             flip: c.flip.mean,
             bias: c.signed_bias,
             bias_dark: Some(c.signed_bias_dark).filter(|b| b.is_finite()),
-            predicted_de: predicted_error(&view),
+            predicted_de: outcome.predicted_error.unwrap_or_else(|| predicted_error(&view)),
             predicted_rel_mse: predicted_rel_mse(&view),
             key,
         })
