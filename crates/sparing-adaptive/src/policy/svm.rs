@@ -63,6 +63,12 @@ impl Svm {
     }
 }
 
+/// The machine is asked at thresholds 5 % apart: a goal's threshold hardly moves at late barriers, and what was asked before is
+/// not asked again.
+fn on_grid(lambda: f64) -> f64 {
+    if lambda > 0.0 && lambda.is_finite() { ((20.0 * lambda.ln()).round() / 20.0).exp() } else { lambda }
+}
+
 impl Policy for Svm {
     fn name(&self) -> &'static str {
         "svm"
@@ -76,6 +82,7 @@ impl Policy for Svm {
         let (view, bounds) = (barrier.view(), barrier.bounds);
         let spread = self.rule.spread(barrier);
         let lambda = self.rule.goal.threshold(view, &spread, bounds);
+        let asked_at = on_grid(lambda);
         let plan = &barrier.plan(PLAN_RADIUS).values;
         let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
         let mut queries = Vec::new();
@@ -85,7 +92,7 @@ impl Policy for Svm {
             .zip(&spread.values)
             .map(|(p, &spread)| {
                 let gain = f64::from(spread) / f64::from(p.count.max(1));
-                (features::log_gain(spread, p.count, lambda), decision_value(gain, lambda))
+                (features::log_gain(spread, p.count, asked_at), decision_value(gain, lambda))
             })
             .collect();
         for (pixel, (p, (&spread, (log_gain, value)))) in
@@ -95,14 +102,14 @@ impl Policy for Svm {
             let in_band = self.band.contains(log_gain) && spread > 0.0;
             let open = p.count < bounds.max_spp && p.count >= planned(plan[pixel], lambda, bounds);
             if in_band && open {
-                let plan_gain = features::log_gain(plan[pixel], p.count, lambda);
+                let plan_gain = features::log_gain(plan[pixel], p.count, asked_at);
                 queries.push(Query { pixel, log_gain, plan_gain });
             }
             decisions.values.push(value);
-            let go_on = log_gain > if in_band { 0.0 } else { self.band.go_on } && spread > 0.0;
+            let go_on = if open { log_gain > self.band.go_on } else { value > 0.0 } && spread > 0.0;
             decisions.targets.push(if go_on { doubled(p.count, bounds) } else { p.count });
         }
-        let mut values = self.memory.recall(view, lambda);
+        let mut values = self.memory.recall(view, asked_at);
         let asked: Vec<Query> = queries.iter().filter(|q| values[q.pixel].is_nan()).copied().collect();
         let matrix = FeatureMatrix::new(view, &asked, self.machine.features());
         for (query, value) in asked.iter().zip(self.machine.decide(matrix)) {
@@ -117,7 +124,7 @@ impl Policy for Svm {
             decisions.targets[query.pixel] = if value > 0.0 { doubled(count, bounds) } else { count };
             decisions.values[query.pixel] = value.clamp(-64.0, 64.0) as f32;
         }
-        self.memory.keep(view, lambda, values);
+        self.memory.keep(view, asked_at, values);
         decisions
     }
 }
