@@ -59,7 +59,6 @@ fn a_halo_makes_a_crop_the_full_picture_inside() {
             farthest = [0, 1].map(|k| farthest[k].max(found[k]));
         }
     }
-    eprintln!("{farthest:?}");
     assert!(farthest[0] > 0 && farthest[1] > CORRECTION, "the halo is needed: {farthest:?}");
 }
 

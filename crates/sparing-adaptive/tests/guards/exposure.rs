@@ -36,15 +36,15 @@ fn policies(goal: Goal) -> [Box<dyn Policy>; 4] {
     ]
 }
 
-/// Counts by policy and goal, one after the other, of a scene and its brighter twin.
+/// By policy and goal, the share of pixels with as many samples in a scene as in its brighter twin.
 fn shares_of_equal_counts(scene: &str, factor: f32) -> Vec<(String, f64)> {
     let [one, other] = [1.0, factor].map(|f| Stage::new(scaled(guard(scene, 32), f)));
     let mut shares = Vec::new();
-    for goal in [Goal::Average(24.0), Goal::Tolerance(2.0), Goal::Threshold(0.3)] {
+    for goal in [Goal::Average(24.0), Goal::Tolerance(0.5), Goal::Threshold(0.3)] {
         for (mut a, mut b) in policies(goal).into_iter().zip(policies(goal)) {
             let (first, outcome) = one.render(2, None, &mut *a, &limits(BOUNDS));
             let (second, _) = other.render(2, None, &mut *b, &limits(BOUNDS));
-            assert!(outcome.layers.len() > 1, "{} does not decide anything", a.name());
+            assert!(outcome.layers.len() > 1, "{} {goal:?} does not decide anything", a.name());
             let [first, second] = [counts(&first), counts(&second)];
             let equal = first.iter().zip(&second).filter(|(a, b)| a == b).count();
             shares.push((format!("{} {goal:?}", a.name()), equal as f64 / first.len() as f64));
@@ -70,7 +70,6 @@ fn powers_of_two_change_no_count() {
 fn a_million_times_brighter_or_darker_changes_next_to_no_count() {
     for factor in [1e6, 1e-6] {
         for (what, share) in shares_of_equal_counts("fireflies", factor) {
-            eprintln!("{factor:e} {what} {share}");
             assert!(share > 0.99, "{factor:e}: {what}: {share}");
         }
     }

@@ -111,10 +111,21 @@ fn nothing_undefined_reaches_a_machine() {
     assert!(asked > 1000, "{asked}");
 }
 
+/// What is put back may exceed what a float holds.
+#[test]
+fn a_correction_does_not_overflow() {
+    let mut film = film([9, 9], [0, 0, 9, 9], Filling::Firefly(f32::MAX), 1);
+    for correction in [f32::MAX, -f32::MAX] {
+        film.correction = vec![[correction; 3]; 81];
+        assert!(film.beauty().iter().flatten().all(|c| (0.0..=f32::MAX).contains(c)), "{correction:e}");
+    }
+}
+
 /// Whole renders of light near the end of f32: samples overflow here and there, the picture does not.
 #[test]
 fn scenes_near_overflow_give_finite_pictures() {
     let bounds = Bounds { min_spp: 8, max_spp: 64 };
+    let mut corrected = 0;
     for radiance in [1e37, 3e38] {
         let mut description = guard("fine-checkerboard", 24);
         for light in &mut description.lights {
@@ -128,6 +139,7 @@ fn scenes_near_overflow_give_finite_pictures() {
                 let limits = sparing_adaptive::layers::Limits { exposure, ..limits(bounds) };
                 let (film, outcome) = stage.render(3, None, &mut *policy, &limits);
                 let what = format!("{} {radiance:e} {exposure:?}", policy.name());
+                corrected += usize::from(!film.correction.is_empty());
                 let finite = |p: &[f32; 3]| p.iter().all(|c| c.is_finite());
                 assert!(film.correction.iter().all(finite), "{what}: correction");
                 assert!(film.beauty().iter().all(|p| finite(p) && p.iter().all(|c| *c >= 0.0)), "{what}");
@@ -136,4 +148,5 @@ fn scenes_near_overflow_give_finite_pictures() {
             }
         }
     }
+    assert!(corrected > 0, "some policy puts something back");
 }
