@@ -15,8 +15,8 @@ use testkit::t_test::{Mean, t_test};
 
 const WIDTH: u32 = 48;
 const AVERAGE: f64 = 32.0;
-const SEEDS: u64 = 12;
-const REFERENCE_SPP: u32 = 2048;
+const SEEDS: u64 = 10;
+const REFERENCE_SPP: u32 = 1024;
 const REFERENCE_SEED: u64 = 1 << 40;
 
 /// 11 features, 3 policies, 3 claims.
@@ -119,7 +119,7 @@ fn nothing_is_lost(scene: &str) {
     for trial in trials(scene, policies().into()) {
         let text = report(scene, &trial);
         eprint!("{text}");
-        assert!(trial.spp < 1.1 * AVERAGE, "{text}");
+        assert!((0.6 * AVERAGE..1.1 * AVERAGE).contains(&trial.spp), "{text}");
         for f in 0..trial.pairs.len() {
             let kept = trial.values(f, |[ours, even]| ours.light - LOST * even.light);
             assert!(proven_positive(&kept), "light is lost: {text}");
