@@ -15,13 +15,14 @@ use testkit::t_test::{Mean, t_test};
 
 const WIDTH: u32 = 48;
 const AVERAGE: f64 = 32.0;
-const SEEDS: u64 = 10;
+const SEEDS: u64 = 12;
 const REFERENCE_SPP: u32 = 1024;
 const REFERENCE_SEED: u64 = 1 << 40;
 
 /// 11 features, 3 policies, 3 claims.
 const LEVEL: f64 = 0.01 / 99.0;
-/// With less of the light that uniform sampling finds, the picture is nearer to one without the feature: it is lost.
+/// With less of the reference's light, which uniform sampling finds on average, the picture is nearer to one without the
+/// feature: it is lost.
 const LOST: f64 = 0.5;
 /// Colour differences up to one are hardly noticed: a definition of the unit.
 const NOTICEABLE: f64 = 1.0;
@@ -121,7 +122,7 @@ fn nothing_is_lost(scene: &str) {
         eprint!("{text}");
         assert!((0.6 * AVERAGE..1.1 * AVERAGE).contains(&trial.spp), "{text}");
         for f in 0..trial.pairs.len() {
-            let kept = trial.values(f, |[ours, even]| ours.light - LOST * even.light);
+            let kept = trial.values(f, |[ours, _]| ours.light - LOST);
             assert!(proven_positive(&kept), "light is lost: {text}");
             let worse = trial.values(f, |[ours, even]| ours.ciede2000 - even.ciede2000 - NOTICEABLE);
             assert!(!proven_positive(&worse), "visibly worse than uniform: {text}");
@@ -190,16 +191,7 @@ fn yardsticks_lose_the_glowing_wire() {
     for trial in trials(scene, yardsticks().into()) {
         let text = report(scene, &trial);
         eprint!("{text}");
-        let lost = trial.values(wire.expect("a feature"), |[ours, even]| LOST * even.light - ours.light);
+        let lost = trial.values(wire.expect("a feature"), |[ours, _]| LOST - ours.light);
         assert!(proven_positive(&lost), "{text}");
-    }
-}
-
-/// For the documentation: `cargo test --test guards yardsticks_everywhere -- --ignored --nocapture`.
-#[test]
-#[ignore = "a table, no test"]
-fn yardsticks_everywhere() {
-    for scene in FEATURES.chunk_by(|a, b| a.scene == b.scene).map(|f| f[0].scene) {
-        trials(scene, yardsticks().into()).iter().for_each(|t| eprint!("{}", report(scene, t)));
     }
 }
