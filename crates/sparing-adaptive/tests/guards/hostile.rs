@@ -16,9 +16,9 @@ const SAMPLES: [f32; 12] =
 /// What samples a pixel gets.
 #[derive(Clone, Copy, Debug)]
 enum Filling {
-    /// Each one of [`SAMPLES`].
+    /// Each is one of [`SAMPLES`].
     Wild,
-    /// The same, but for one pixel's samples of the largest number, or undefined, one in seven.
+    /// One in seven is this, the others are 0.3.
     Firefly(f32),
 }
 
