@@ -1,7 +1,8 @@
 //! What uniform sampling shows, every policy shows.
 //!
-//! Pictures are compared with uniform ones of the same seed and the same average, within the feature's region, over
-//! several seeds. Claims are proven at [`LEVEL`], which is one in a hundred for all of them together; the seeds are fixed.
+//! Pictures are compared with a reference, and with uniform ones of the same seed and the same average, within the
+//! feature's region, over several seeds. That a feature's light is there is proven; its errors are not proven to be worse
+//! than those of uniform sampling. The level of each test is [`LEVEL`], one in a hundred for all; the seeds are fixed.
 
 use crate::common::{BOUNDS, MACHINE, PAPER, Stage, average, counts, guard, limits};
 use crate::measure::{Measures, Reference};
