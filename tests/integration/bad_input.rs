@@ -18,7 +18,7 @@ fn scene_of(shape: &str) -> String {
 
 /// The exit code and standard error of a command that must fail: it says `error: ` once, at the start, and writes
 /// nothing. `out.exr` exists before and is as it was after.
-fn refuse(folder: &Path, line: &str) -> Run {
+pub fn refuse(folder: &Path, line: &str) -> Run {
     std::fs::write(folder.join("out.exr"), "old").expect("a file");
     let before = files(folder);
     let r = run(folder, line);

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 /// A render of hours.
 const LONG: &str = "render @cornell-box.pbrt --size 96x96 --spp 1000000 -o a.exr -o a.png --stats s.json";
+/// The same with a machine that decides.
+const LONG_SVM: &str = "render @cornell-box.pbrt --size 96x96 --policy svm --tolerance 1e-9 --max-spp 1000000 -o a.exr -o a.png --stats s.json";
 
 fn start(folder: &Path, line: &str) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sparing"));
@@ -54,9 +56,9 @@ fn end(mut child: Child, mut out: impl Read) -> Run {
 
 #[test]
 fn interrupted_renders_save_what_they_have() {
-    for name in ["INT", "TERM"] {
+    for (name, line) in [("INT", LONG), ("TERM", LONG), ("INT", LONG_SVM)] {
         let f = folder();
-        let mut child = start(f.path(), &format!("{LONG} --progress json"));
+        let mut child = start(f.path(), &format!("{line} --progress json"));
         let out = wait_for_samples(&mut child);
         let begin = Instant::now();
         signal(&child, name);

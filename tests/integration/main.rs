@@ -7,6 +7,7 @@ mod adaptive;
 mod bad_input;
 mod cli;
 mod common;
+mod guards;
 mod interrupt;
 mod output;
 mod paper;

@@ -14,7 +14,7 @@ pub enum Goal {
     Tolerance(f64),
     /// The average of samples per pixel; positive.
     Average(f64),
-    /// The threshold itself.
+    /// The threshold itself; not negative.
     Threshold(f64),
 }
 
@@ -118,7 +118,8 @@ impl Goal {
         let candidates = view.pixels.iter().zip(&spread.values).step_by(stride);
         let mut histogram = Histogram::new();
         match self {
-            Self::Threshold(lambda) => lambda,
+            // What is undefined counts as 0: nobody stops by it.
+            Self::Threshold(lambda) => lambda.max(0.0),
             Self::Tolerance(t) => {
                 for (p, &spread) in candidates {
                     let error = f64::from(p.perceived_error) * view.error_scale * f64::from(p.count).sqrt();

@@ -380,12 +380,12 @@ impl Film {
         out
     }
 
-    /// The picture: mean radiance with the correction, in rows, linear Rec.709, not negative.
+    /// The picture: mean radiance with the correction, in rows, linear Rec.709, finite and not negative.
     #[must_use]
     pub fn beauty(&self) -> Vec<[f32; 3]> {
         let mut means = self.map(|t, i| t.pixels[i].mean().as_vec3().to_array());
         for (mean, correction) in means.iter_mut().zip(&self.correction) {
-            *mean = std::array::from_fn(|c| (mean[c] + correction[c]).max(0.0));
+            *mean = std::array::from_fn(|c| (mean[c] + correction[c]).clamp(0.0, f32::MAX));
         }
         means
     }

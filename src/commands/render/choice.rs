@@ -47,6 +47,9 @@ impl Choice {
             return Err(Usage::error("the exposure for judging errors must be between -60 and 60 stops"));
         }
         let exposure = a.judge_exposure.map(f32::exp2);
+        if a.unbiased && a.model.is_some() {
+            return Err(Usage::error("--unbiased asks no model: leave out --model"));
+        }
         let model = match (&a.model, a.policy) {
             (Some(path), PolicyName::Svm) if path.as_os_str() == "paper" => {
                 Some(Chosen::Paper(shipped_paper()?))
@@ -81,6 +84,9 @@ impl Choice {
                 bounds,
                 exposure,
             });
+        }
+        if a.policy == PolicyName::Shapes {
+            without_goal(a, "the policy shapes")?;
         }
         let min_spp = a.min_spp.unwrap_or(8.min(a.max_spp.unwrap_or(8)));
         let max_spp = a.max_spp.unwrap_or(512.max(min_spp));
@@ -135,5 +141,14 @@ impl Choice {
     /// The policy's name.
     pub(super) fn name(&self) -> &'static str {
         self.policy().name()
+    }
+}
+
+/// Refuses the options that set a goal.
+pub(super) fn without_goal(a: &RenderArguments, policy: &str) -> anyhow::Result<()> {
+    let goal = [a.tolerance.map(|_| "tolerance"), a.spp.map(|_| "spp")];
+    match goal.into_iter().flatten().next() {
+        Some(option) => Err(Usage::error(format!("--{option}: {policy} has no goal to set"))),
+        None => Ok(()),
     }
 }
