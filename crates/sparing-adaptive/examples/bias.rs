@@ -20,6 +20,9 @@ use sparing_scene::generate::training::{Split, scene};
 const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 512 };
 const SCALE: f64 = 0.6;
 
+/// Makes a policy of an average.
+type Make<'a> = &'a dyn Fn(f64) -> Box<dyn Policy>;
+
 /// Luminance in rows.
 fn luminances(film: &Film) -> Vec<f64> {
     film.beauty().iter().map(|c| luminance(*c)).collect()
@@ -56,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let machine = Machine::read(std::path::Path::new(&model))?;
-    let policies: [(&str, &dyn Fn(f64) -> Box<dyn Policy>); 3] = [
+    let policies: [(&str, Make<'_>); 3] = [
         ("threshold", &|n| Box::new(Threshold::new(Goal::Average(n)))),
         ("svm", &|n| Box::new(Svm::new(Goal::Average(n), machine.clone()))),
         ("planned", &|n| Box::new(Planned { goal: Goal::Average(n) })),
