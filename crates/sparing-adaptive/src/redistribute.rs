@@ -14,7 +14,7 @@ const LEAST_ERROR: f64 = 1e-6;
 const MOST: f64 = 0.3;
 
 /// Spreads `taken` (one colour a pixel, in rows) over squares of neighbours, in proportion to the root mean square error of 3 by
-/// 3, and no pixel by more than [`MOST`]. But for that, the sum over the picture is kept, to f32 rounding.
+/// 3, and no pixel by more than 0.3 of its luminance plus [`DARK`]. But for that, the sum over the picture is kept, to f32 rounding.
 #[must_use]
 pub fn spread_out(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let mut out = shares(view, taken);
