@@ -30,7 +30,10 @@ pub(super) fn train(
         Some(Row { gains: *gains, features: features.to_vec() })
     };
     let all: Vec<Vec<Row>> = lists.iter().map(|rows| rows.iter().filter_map(row).collect()).collect();
-    let what = Fit { label, rows: a.rows, vectors: a.vectors, seed: a.seed, ..Fit::default() };
+    let mut what = Fit { label, rows: a.rows, vectors: a.vectors, seed: a.seed, ..Fit::default() };
+    if !a.features.is_empty() {
+        what.features = Feature::ALL.into_iter().filter(|f| a.features.contains(f)).collect();
+    }
     let fitted =
         pool.install(|| fit(&all, &what, Some(&|p| note(format_args!("fit {} of {}", p.done, p.total)))));
     let fitted = fitted.context("cannot train on the rows")?;
@@ -73,9 +76,11 @@ fn settings(a: &TrainArguments) -> String {
 
 /// The command that gives the same model, with all defaults said.
 fn command(a: &TrainArguments, label: Label) -> anyhow::Result<String> {
+    let names: Vec<&str> = a.features.iter().map(|f| f.name()).collect();
+    let features = if names.is_empty() { String::new() } else { format!(" --features {}", names.join(",")) };
     Ok(format!(
         "sparing train --scenes {} --rows {} --scene-rows {} --label {label} --replicates {} --reference {} \
-         --max-spp {} --size-scale {} --vectors {} --seed {} -o {}",
+         --max-spp {} --size-scale {}{features} --vectors {} --seed {} -o {}",
         a.scenes(),
         a.rows,
         a.scene_rows,

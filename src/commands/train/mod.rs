@@ -12,6 +12,7 @@ use anyhow::Context;
 use cache::Cache;
 use clap::Args;
 use rayon::ThreadPool;
+use sparing_adaptive::features::Feature;
 use sparing_adaptive::training::Label;
 use sparing_render::{BuildOptions, RenderSettings, Scene};
 use sparing_scene::SceneDescription;
@@ -40,7 +41,7 @@ pub(super) struct TrainArguments {
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = rows, allow_negative_numbers = true)]
     scene_rows: usize,
     /// What a row is told: realised, conditional or expected gain. Or paper: the sampler of Lin and Wu (2015), which has no
-    /// use for --replicates, --reference, --max-spp and --vectors.
+    /// use for --replicates, --reference, --max-spp, --features and --vectors.
     #[arg(long, default_value = "realised")]
     label: Target,
     /// Independent renders of each scene.
@@ -56,6 +57,9 @@ pub(super) struct TrainArguments {
     /// Factor of the sides of the scenes' pictures, which have about 10,000 pixels.
     #[arg(long, value_name = "F", default_value_t = 0.5, value_parser = size_scale, allow_negative_numbers = true)]
     size_scale: f64,
+    /// Features that the machine uses, by the names in its card [default: all].
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = feature)]
+    features: Vec<Feature>,
     /// Most support vectors.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = rows, allow_negative_numbers = true)]
     vectors: usize,
@@ -84,6 +88,13 @@ impl FromStr for Target {
             _ => text.parse().map(Self::Gain).map_err(|e: String| format!("{e}, paper")),
         }
     }
+}
+
+fn feature(text: &str) -> Result<Feature, String> {
+    Feature::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Feature::ALL.iter().map(|f| f.name()).collect();
+        format!("'{text}' is not a feature: use {}", names.join(", "))
+    })
 }
 
 fn rows(text: &str) -> Result<usize, String> {
