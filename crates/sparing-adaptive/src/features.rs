@@ -79,6 +79,22 @@ impl Feature {
         Self::PlanGain,
     ];
 
+    /// Those that machines get unless asked otherwise: more cost time and make them worse (docs/adaptive-training.md).
+    pub const DEFAULT: [Self; 12] = [
+        Self::Count,
+        Self::RelativeError,
+        Self::PerceivedError,
+        Self::HalfDifference,
+        Self::Luminance,
+        Self::Peak,
+        Self::Zeros,
+        Self::SpreadMean,
+        Self::SpreadMax,
+        Self::NeighbourDistance,
+        Self::Gain,
+        Self::PlanGain,
+    ];
+
     /// The name in cards. Names never change their meaning: what is computed otherwise gets another one.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -57,7 +57,7 @@ pub(super) struct TrainArguments {
     /// Factor of the sides of the scenes' pictures, which have about 10,000 pixels.
     #[arg(long, value_name = "F", default_value_t = 0.5, value_parser = size_scale, allow_negative_numbers = true)]
     size_scale: f64,
-    /// Features that the machine uses, by the names in its card [default: all].
+    /// Features that the machine uses, by the names in its card [default: twelve].
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = feature)]
     features: Vec<Feature>,
     /// Most support vectors.

@@ -32,7 +32,7 @@ impl Default for Fit {
     fn default() -> Self {
         Self {
             label: Label::default(),
-            features: Feature::ALL.to_vec(),
+            features: Feature::DEFAULT.to_vec(),
             rows: 4000,
             grid: Grid { c: vec![0.125, 0.5, 2.0], gamma: vec![0.25, 1.0, 3.0] },
             folds: 5,
