@@ -47,6 +47,8 @@ pub struct Statistics {
     /// Predicted mean CIEDE2000 error at that exposure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted_error: Option<f64>,
+    /// Samples of the second render that measures the error of a tolerance; not in `samples`.
+    pub audit_samples: u64,
     /// Why rendering stopped.
     pub stopped_by: StoppedBy,
     /// Largest memory of the process.

@@ -12,6 +12,7 @@ fn a_policy_spends_its_average_and_shows_where() {
     assert!((20.0..28.0).contains(&average), "{average}");
     assert_eq!(s["policy"], "threshold");
     assert!(s["predicted_error"].as_f64().is_some_and(|e| e > 0.0) && s["exposure"].as_f64().is_some());
+    assert_eq!(s["audit_samples"], 0, "an average needs no audit");
     let picture = Exr::read(&f.path().join("a.exr"));
     let counts = picture.channel("SampleCount.Y");
     assert!(counts.iter().all(|n| (8.0..=128.0).contains(n)));
@@ -27,7 +28,9 @@ fn seeds_and_threads_are_what_they_are_without_a_policy() {
     let f = folder();
     let line = "render @tests/small-light.pbrt --size 40x40 --policy threshold --tolerance 1 --progress none";
     for (name, more) in [("a", "--threads 1"), ("b", "--threads 2"), ("c", "--threads 2 --seed 9")] {
-        ok(f.path(), &format!("{line} {more} -o {name}.exr"));
+        let s = ok(f.path(), &format!("{line} {more} -o {name}.exr --stats -")).json();
+        let (audit, samples) = (s["audit_samples"].as_u64(), s["samples"].as_u64());
+        assert!(audit.zip(samples).is_some_and(|(a, n)| 0 < a && 4 * a < n), "{audit:?} of {samples:?}");
     }
     let [a, b, c] = ["a", "b", "c"].map(|n| Exr::read(&f.path().join(format!("{n}.exr"))));
     for channel in ["R", "SampleCount.Y", "Decision.Y"] {

@@ -117,6 +117,7 @@ pub fn render(
     observer: &mut dyn Observe,
 ) -> Outcome {
     let start = Instant::now();
+    film.correction.clear(); // of an earlier render
     let bounds = limits.bounds;
     let pixels = u64::from(film.width()) * u64::from(film.height());
     let total = pixels * u64::from(bounds.max_spp);

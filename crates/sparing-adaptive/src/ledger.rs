@@ -1,4 +1,4 @@
-//! What a render remembers so that choosing pixels by their samples takes no light away.
+//! What a render remembers so that choosing pixels by their samples takes little light away.
 //!
 //! A pixel whose samples happen to be bright looks noisy, is sampled on and comes down; one whose samples happen to be dark stops
 //! and stays. Dark places lit by few bright samples come out too dark, by a third in the worst of our scenes. The cure:
@@ -7,7 +7,8 @@
 //!   number is unbiased: its own samples had no say. Every pixel gets at least its plan.
 //! - A pixel that goes on beyond its plan, by its own samples, has its means noted on the way.
 //! - In the end, the difference between the mean by plan and the final mean is spread over the neighbourhood, in
-//!   proportion to how uncertain the pixels are. The sum over any neighbourhood is that of the plan: unbiased.
+//!   proportion to how uncertain the pixels are: sums over neighbourhoods are those of the plan, and so unbiased, but for
+//!   the bound that [`spread_out`] puts on what a pixel may change.
 //!
 //! So an outlier is sampled on, and its light goes to where it belongs, its neighbourhood.
 

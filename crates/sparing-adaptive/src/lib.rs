@@ -14,7 +14,7 @@
 //! | [`paper_features`] | the eight features of 2015 |
 //! | [`machine`] | a support vector machine with its features and scaling, from its two files |
 //! | [`layers`] | the loop |
-//! | [`ledger`], [`redistribute`] | why choosing pixels by their samples takes no light away |
+//! | [`ledger`], [`redistribute`] | why choosing pixels by their samples takes little light away |
 //! | [`budget`] | who goes on if the time does not suffice |
 //! | [`training`] | rows from rendered scenes, labels, fits |
 //! | [`study`] | how policies compare at equal error |

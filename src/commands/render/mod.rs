@@ -43,7 +43,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Policies threshold and svm: a pixel's own samples have no say in how many it gets, so that every pixel's mean is unbiased.
-    /// Half as many samples again. Without it, sums over neighbourhoods are unbiased.
+    /// Takes 1.2 to 2 times the samples for the same error. Without it, some rare bright light is lost.
     #[arg(long)]
     unbiased: bool,
     /// Adaptive policies: render until the predicted mean error of the pixels is T just noticeable differences (CIEDE2000).

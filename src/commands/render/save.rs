@@ -56,6 +56,7 @@ impl Run<'_> {
             first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
             exposure: outcome.exposure,
             predicted_error: outcome.predicted_error,
+            audit_samples: outcome.audit_samples,
             stopped_by: outcome.stopped_by,
             peak_memory_bytes: memory::peak_bytes(),
             resident_bytes: memory::resident_bytes(),
