@@ -171,8 +171,9 @@ impl FeatureMatrix {
     pub fn new(view: &View, queries: &[Query], features: &[Feature]) -> Self {
         let mut values = vec![0.0; queries.len() * features.len()];
         if !features.is_empty() {
+            let wanted = Wanted::by(features);
             values.par_chunks_mut(features.len()).zip(queries).with_min_len(64).for_each(|(row, query)| {
-                let around = Around::new(view, query.pixel);
+                let around = Around::new(view, query.pixel, wanted);
                 for (value, feature) in row.iter_mut().zip(features) {
                     *value = around.value(*feature, query);
                 }
@@ -182,7 +183,28 @@ impl FeatureMatrix {
     }
 }
 
-/// A pixel with sums over its 3 by 3 neighbours.
+/// Which sums over neighbours some features take.
+#[derive(Clone, Copy)]
+struct Wanted {
+    spread: bool,
+    perceived: bool,
+    peak: bool,
+    mean: bool,
+}
+
+impl Wanted {
+    fn by(features: &[Feature]) -> Self {
+        let any = |of: &[Feature]| features.iter().any(|f| of.contains(f));
+        Self {
+            spread: any(&[Feature::SpreadMean, Feature::SpreadMax]),
+            perceived: any(&[Feature::PerceivedMean, Feature::PerceivedMax]),
+            peak: any(&[Feature::PeakMean, Feature::PeakMax]),
+            mean: any(&[Feature::NeighbourDistance]),
+        }
+    }
+}
+
+/// A pixel with sums over its 3 by 3 neighbours, those that are wanted.
 struct Around<'a> {
     own: &'a Statistics,
     mean: [f64; 3],
@@ -206,7 +228,7 @@ impl Summary {
 }
 
 impl<'a> Around<'a> {
-    fn new(view: &'a View, pixel: usize) -> Self {
+    fn new(view: &'a View, pixel: usize, wanted: Wanted) -> Self {
         let (x, y) = (pixel % view.width, pixel / view.width);
         let columns = x.saturating_sub(1)..(x + 2).min(view.width);
         let rows = y.saturating_sub(1)..(y + 2).min(view.height);
@@ -216,10 +238,18 @@ impl<'a> Around<'a> {
         let mut mean = [0.0; 3];
         for row in rows {
             for p in &view.pixels[row * view.width..][columns.clone()] {
-                spread.add(own_spread(p), weight);
-                perceived.add((p.perceived_error * (p.count as f32).sqrt()).min(1e30), weight);
-                peak.add(p.peak, weight);
-                mean.iter_mut().zip(p.mean).for_each(|(m, v)| *m += weight * f64::from(v));
+                if wanted.spread {
+                    spread.add(own_spread(p), weight);
+                }
+                if wanted.perceived {
+                    perceived.add((p.perceived_error * (p.count as f32).sqrt()).min(1e30), weight);
+                }
+                if wanted.peak {
+                    peak.add(p.peak, weight);
+                }
+                if wanted.mean {
+                    mean.iter_mut().zip(p.mean).for_each(|(m, v)| *m += weight * f64::from(v));
+                }
             }
         }
         Self { own: &view.pixels[pixel], mean, spread, perceived, peak }

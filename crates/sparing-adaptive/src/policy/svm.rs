@@ -84,31 +84,27 @@ impl Policy for Svm {
         let lambda = self.rule.goal.threshold(view, &spread, bounds);
         let asked_at = on_grid(lambda);
         let plan = &barrier.plan(PLAN_RADIUS).values;
-        let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
-        let mut queries = Vec::new();
-        let gains: Vec<(f64, f32)> = view
-            .pixels
-            .par_iter()
-            .zip(&spread.values)
-            .map(|(p, &spread)| {
-                let gain = f64::from(spread) / f64::from(p.count.max(1));
-                (features::log_gain(spread, p.count, asked_at), decision_value(gain, lambda))
+        let band = self.band;
+        // Target, decision value, and where the machine is to be asked the gain. Nothing is asked about pixels that have the
+        // most or less than their plan.
+        let judged: Vec<(u32, f32, Option<f64>)> = (view.pixels.par_iter().zip(&spread.values).zip(plan))
+            .map(|((p, &spread), &plan)| {
+                let log_gain = features::log_gain(spread, p.count, asked_at);
+                let value = decision_value(f64::from(spread) / f64::from(p.count.max(1)), lambda);
+                let open = p.count < bounds.max_spp && p.count >= planned(plan, lambda, bounds);
+                let go_on = if open { log_gain > band.go_on } else { value > 0.0 } && spread > 0.0;
+                let target = if go_on { doubled(p.count, bounds) } else { p.count };
+                (target, value, (open && spread > 0.0 && band.contains(log_gain)).then_some(log_gain))
             })
             .collect();
-        for (pixel, (p, (&spread, (log_gain, value)))) in
-            view.pixels.iter().zip(spread.values.iter().zip(gains)).enumerate()
-        {
-            // Nothing is asked of the machine about pixels that have the most or less than their plan.
-            let in_band = self.band.contains(log_gain) && spread > 0.0;
-            let open = p.count < bounds.max_spp && p.count >= planned(plan[pixel], lambda, bounds);
-            if in_band && open {
-                let plan_gain = features::log_gain(plan[pixel], p.count, asked_at);
-                queries.push(Query { pixel, log_gain, plan_gain });
-            }
-            decisions.values.push(value);
-            let go_on = if open { log_gain > self.band.go_on } else { value > 0.0 } && spread > 0.0;
-            decisions.targets.push(if go_on { doubled(p.count, bounds) } else { p.count });
-        }
+        let query = |(pixel, judged): (usize, &(u32, f32, Option<f64>))| {
+            let log_gain = judged.2?;
+            let plan_gain = features::log_gain(plan[pixel], view.pixels[pixel].count, asked_at);
+            Some(Query { pixel, log_gain, plan_gain })
+        };
+        let queries: Vec<Query> = judged.par_iter().enumerate().filter_map(query).collect();
+        let (targets, values) = judged.into_iter().map(|(target, value, _)| (target, value)).unzip();
+        let mut decisions = Decisions { targets, values, lambda: Some(lambda) };
         let mut values = self.memory.recall(view, asked_at);
         let asked: Vec<Query> = queries.iter().filter(|q| values[q.pixel].is_nan()).copied().collect();
         let matrix = FeatureMatrix::new(view, &asked, self.machine.features());
