@@ -11,8 +11,8 @@ use common::{SIDE, paper, scene, svm};
 use criterion::{BenchmarkId, Criterion};
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::layers::{Limits, Unwatched, render};
-use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::policy::{Policy, Threshold, Uniform};
+use sparing_adaptive::state::State;
 use sparing_image::film::{Film, FilmOptions};
 use sparing_image::metrics::{Exposure, compare};
 use sparing_render::integrator::Wave;
@@ -24,19 +24,11 @@ const REFERENCE: u32 = 4096;
 
 fn run(scene: &Scene, settings: RenderSettings, policy: &mut dyn Policy, max_spp: u32) -> Film {
     let options = policy.film_options();
-    let mut film = Film::new([SIDE; 2], [0, 0, SIDE, SIDE], options);
+    let mut state = State::new(Film::new([SIDE; 2], [0, 0, SIDE, SIDE], options));
     let limits = Limits { bounds: Bounds { min_spp: 8, max_spp }, time: None, exposure: None };
     let renderer = Renderer::new(scene, settings, options);
-    render(
-        &renderer,
-        &mut film,
-        &mut Ledger::default(),
-        policy,
-        &limits,
-        &AtomicBool::new(false),
-        &mut Unwatched,
-    );
-    film
+    render(&renderer, &mut state, policy, &limits, &AtomicBool::new(false), &mut Unwatched);
+    state.film
 }
 
 fn main() {

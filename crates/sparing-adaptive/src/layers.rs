@@ -5,6 +5,7 @@ use crate::budget::afford;
 use crate::goal::{Bounds, predicted_error};
 use crate::ledger::Ledger;
 use crate::policy::{Barrier, Decisions, Policy};
+use crate::state::State;
 use crate::view::View;
 use serde::Serialize;
 use sparing_image::film::{Film, Tile};
@@ -94,6 +95,12 @@ pub trait Observe: Sync {
     fn tick(&self, progress: &Progress);
     /// Called at every barrier.
     fn barrier(&mut self, film: &Film, progress: &Progress);
+    /// When the next checkpoint is due: sampling stops at the next pixel then, and goes on after it.
+    fn checkpoint_due(&self) -> Option<Instant> {
+        None
+    }
+    /// Called when a checkpoint is due (`now`), and after every layer.
+    fn checkpoint(&mut self, _state: &State, _now: bool) {}
 }
 
 /// For renders that nobody watches.
@@ -105,43 +112,46 @@ impl Observe for Unwatched {
     fn barrier(&mut self, _film: &Film, _progress: &Progress) {}
 }
 
-/// Renders until the policy is content, a limit is reached or `interrupt` is set. Film and ledger may come from an earlier
-/// render that was interrupted at a barrier: with the same policy, limits and exposure the result is the same bit for bit.
+/// Renders until the policy is content, a limit is reached or `interrupt` is set. The state may come from an earlier render that was
+/// interrupted, at any moment: with the same policy, bounds and exposure the result is the same bit for bit.
 pub fn render(
     renderer: &Renderer<'_>,
-    film: &mut Film,
-    ledger: &mut Ledger,
+    state: &mut State,
     policy: &mut dyn Policy,
     limits: &Limits,
     interrupt: &AtomicBool,
     observer: &mut dyn Observe,
 ) -> Outcome {
     let start = Instant::now();
-    film.correction.clear(); // of an earlier render
+    state.film.correction.clear(); // of an earlier render
     let bounds = limits.bounds;
-    let pixels = u64::from(film.width()) * u64::from(film.height());
+    let pixels = u64::from(state.film.width()) * u64::from(state.film.height());
     let total = pixels * u64::from(bounds.max_spp);
     let deadline = limits.time.and_then(|t| start.checked_add(t));
     let mut outcome = Outcome {
-        layers: Vec::new(),
-        rays: TraceStatistics::default(),
+        layers: std::mem::take(&mut state.layers),
+        rays: state.rays,
         stopped_by: StoppedBy::Spp,
-        seconds: 0.0,
-        exposure: limits.exposure,
+        seconds: state.seconds,
+        exposure: limits.exposure.or(state.exposure),
         predicted_error: None,
         audit_samples: 0,
         decisions: Vec::new(),
     };
-    let mut counts = film.map(|t, i| t.pixels[i].count());
+    let mut counts = state.film.map(|t, i| t.pixels[i].count());
     let mut done = counts.iter().map(|n| u64::from(*n)).sum();
-    let mut look = Look { view: None, audit: policy.wants_audit().then(|| Audit::new(renderer, film)) };
+    let mut look =
+        Look { view: None, audit: policy.wants_audit().then(|| Audit::new(renderer, &state.film)) };
     let mut held_back = false;
-    let first = policy.first_target(bounds);
-    let mut decisions = Decisions { targets: vec![first; pixels as usize], ..Decisions::default() };
+    let targets = match std::mem::take(&mut state.targets) {
+        targets if targets.len() == counts.len() => targets,
+        _ => vec![policy.first_target(bounds); counts.len()],
+    };
+    let mut decisions = Decisions { targets, lambda: state.lambda, ..Decisions::default() };
     if done > 0 && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
-        look.follow(film, &mut outcome);
-        decisions = decide(policy, film, ledger, bounds, &mut look, &mut outcome);
+        look.follow(&state.film, &mut outcome);
+        decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
     }
     loop {
         let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
@@ -159,16 +169,30 @@ pub fn render(
         }
         let layer_start = Instant::now();
         let progress = |done| Progress { start, spp, active_pixels, done, total };
-        let (rays, taken) = sample(renderer, film, &decisions.targets, deadline, interrupt, |taken| {
-            observer.tick(&progress(done + taken));
-        });
-        outcome.rays += rays;
-        done += taken;
+        let mut taken = 0;
+        loop {
+            let until = match (deadline, observer.checkpoint_due()) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+            let sampled = sample(renderer, &mut state.film, &decisions.targets, until, interrupt, |more| {
+                observer.tick(&progress(done + more));
+            });
+            outcome.rays += sampled.rays;
+            done += sampled.taken;
+            taken += sampled.taken;
+            let over = deadline.is_some_and(|d| Instant::now() >= d);
+            if !sampled.stopped || over || interrupt.load(Ordering::Relaxed) {
+                break;
+            }
+            state.keep(&outcome, &decisions, start);
+            observer.checkpoint(state, true);
+        }
         if !interrupt.load(Ordering::Relaxed) {
-            look.follow(film, &mut outcome);
+            look.follow(&state.film, &mut outcome);
         }
         let sample_seconds = layer_start.elapsed().as_secs_f64();
-        observer.barrier(film, &progress(done));
+        observer.barrier(&state.film, &progress(done));
         let stopped = if interrupt.load(Ordering::Relaxed) {
             Some(StoppedBy::Interrupt)
         } else if limits.time.is_some_and(|t| start.elapsed() >= t) && done < total {
@@ -179,7 +203,7 @@ pub fn render(
         let decide_start = Instant::now();
         if stopped.is_none() {
             counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
-            decisions = decide(policy, film, ledger, bounds, &mut look, &mut outcome);
+            decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
             held_back = deadline.is_some_and(|d| {
                 // As many as the layer just rendered would be in the time that is left.
                 let left = d.saturating_duration_since(Instant::now()).as_secs_f64();
@@ -188,19 +212,22 @@ pub fn render(
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
         outcome.layers.push(Layer { spp, active_pixels, sample_seconds, decide_seconds });
+        state.keep(&outcome, &decisions, start);
         if let Some(stopped_by) = stopped {
             outcome.stopped_by = stopped_by;
             break;
         }
+        observer.checkpoint(state, false);
     }
+    state.keep(&outcome, &decisions, start);
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
-        let barrier = look.barrier(film, ledger, bounds, exposure);
+        let barrier = look.barrier(&state.film, &state.ledger, bounds, exposure);
         outcome.predicted_error = Some(predicted_error(barrier.view()));
-        let correction = ledger.correction(film, barrier.view(), &decisions, bounds);
-        film.correction = correction;
+        let correction = state.ledger.correction(&state.film, barrier.view(), &decisions, bounds);
+        state.film.correction = correction;
     }
     outcome.decisions = decisions.values;
-    outcome.seconds = start.elapsed().as_secs_f64();
+    outcome.seconds = state.seconds;
     outcome
 }
 
@@ -268,7 +295,15 @@ fn pending(counts: &[u32], targets: &[u32]) -> Option<(u32, u64)> {
     (active > 0).then_some((spp, active))
 }
 
-/// Brings every pixel to its target. Gives the rays traced and the samples taken.
+/// What one pass over the film did.
+struct Sampled {
+    rays: TraceStatistics,
+    taken: u64,
+    /// Whether it was told to stop, so that pixels may be below their targets.
+    stopped: bool,
+}
+
+/// Brings every pixel to its target, or as far as it gets until then.
 fn sample(
     renderer: &Renderer<'_>,
     film: &mut Film,
@@ -276,7 +311,7 @@ fn sample(
     deadline: Option<Instant>,
     interrupt: &AtomicBool,
     report: impl Fn(u64) + Sync,
-) -> (TraceStatistics, u64) {
+) -> Sampled {
     let wave = Wave::default();
     let finished = AtomicBool::new(false);
     let (width, [x0, y0, ..]) = (film.width() as usize, film.crop);
@@ -291,7 +326,8 @@ fn sample(
         watcher.thread().unpark(); // the layer does not wait for the end of a pause
         rays
     });
-    (rays, wave.samples.load(Ordering::Relaxed))
+    let stopped = wave.stop.load(Ordering::Relaxed);
+    Sampled { rays, taken: wave.samples.load(Ordering::Relaxed), stopped }
 }
 
 /// Watches a layer from a thread of its own: stops it on a signal or at the deadline, and reports.

@@ -18,27 +18,42 @@ use crate::pooling::Plane;
 use crate::redistribute::spread_out;
 use crate::view::View;
 use sparing_image::film::Film;
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 /// A goal's threshold moves from barrier to barrier, and the last one counts: it may rise by this before means are missing.
 const MOST_RISE: f64 = 4.0;
 
 /// Mean of a pixel at a barrier that it passed beyond its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Passed {
-    pixel: u32,
-    count: u32,
-    mean: [f32; 3],
+pub struct Passed {
+    /// Index, in rows.
+    pub pixel: u32,
+    /// Samples that it had.
+    pub count: u32,
+    /// Mean radiance then.
+    pub mean: [f32; 3],
 }
 
 /// See the module. One a render, empty at first.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
-    plan: OnceCell<Plane>,
+    plan: OnceLock<Plane>,
     passed: Vec<Passed>,
 }
 
 impl Ledger {
+    /// A ledger as it was: what [`Ledger::parts`] gave.
+    #[must_use]
+    pub fn from_parts(plan: Option<Plane>, passed: Vec<Passed>) -> Self {
+        Self { plan: plan.map(OnceLock::from).unwrap_or_default(), passed }
+    }
+
+    /// The plan, once there is one, and the means that were noted, to be kept in a file.
+    #[must_use]
+    pub fn parts(&self) -> (Option<&Plane>, &[Passed]) {
+        (self.plan.get(), &self.passed)
+    }
+
     /// For each pixel, the spread that its neighbours had at the first barrier where this was asked for; `view` is that of
     /// the barrier.
     pub fn plan(&self, spread: impl FnOnce() -> Plane) -> &Plane {

@@ -30,6 +30,7 @@ pub mod paper_features;
 pub mod policy;
 pub mod pooling;
 pub mod redistribute;
+pub mod state;
 mod statistics;
 pub mod study;
 pub mod training;

@@ -5,12 +5,13 @@ use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::layers::{Limits, Observe, Outcome, Progress, StoppedBy, Unwatched, render};
 use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::policy::{Barrier, Decisions, Planned, Policy, Shapes, Threshold, Uniform};
+use sparing_adaptive::state::State;
 use sparing_adaptive::view::{Statistics, View};
 use sparing_image::film::{Film, FilmOptions, Pixel};
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 256 };
 
@@ -31,18 +32,10 @@ fn run(
     limits: &Limits,
 ) -> (Film, Outcome) {
     let options = policy.film_options();
-    let mut film = Film::new([side, side], crop.unwrap_or([0, 0, side, side]), options);
+    let mut state = State::new(Film::new([side, side], crop.unwrap_or([0, 0, side, side]), options));
     let renderer = Renderer::new(scene, RenderSettings::default(), options);
-    let outcome = render(
-        &renderer,
-        &mut film,
-        &mut Ledger::default(),
-        policy,
-        limits,
-        &AtomicBool::new(false),
-        &mut Unwatched,
-    );
-    (film, outcome)
+    let outcome = render(&renderer, &mut state, policy, limits, &AtomicBool::new(false), &mut Unwatched);
+    (state.film, outcome)
 }
 
 fn limits(bounds: Bounds) -> Limits {
@@ -152,19 +145,11 @@ fn a_time_limit_and_an_interrupt_end_the_render() {
     let (_, outcome) = run(&scene, 64, None, &mut Threshold::new(Goal::Tolerance(1e-9)), &short);
     assert_eq!(outcome.stopped_by, StoppedBy::TimeLimit);
     assert!(outcome.seconds < 5.0);
-    let mut film = Film::new([8, 8], [0, 0, 8, 8], FilmOptions::default());
+    let mut state = State::new(Film::new([8, 8], [0, 0, 8, 8], FilmOptions::default()));
     let renderer = Renderer::new(&scene, RenderSettings::default(), FilmOptions::default());
     let interrupted = AtomicBool::new(true);
     let mut policy = Threshold::new(Goal::Tolerance(1.0));
-    let outcome = render(
-        &renderer,
-        &mut film,
-        &mut Ledger::default(),
-        &mut policy,
-        &limits(many),
-        &interrupted,
-        &mut Unwatched,
-    );
+    let outcome = render(&renderer, &mut state, &mut policy, &limits(many), &interrupted, &mut Unwatched);
     assert_eq!(outcome.stopped_by, StoppedBy::Interrupt);
 }
 
@@ -234,34 +219,72 @@ fn a_render_goes_on_from_a_film_as_if_it_had_not_stopped() {
     let renderer = Renderer::new(&scene, RenderSettings::default(), options);
     let fixed = Limits { bounds: BOUNDS, time: None, exposure: Some(1.0) };
     let policy = || Threshold::new(Goal::Average(40.0));
-    let mut at_once = Film::new([32, 32], [0, 0, 32, 32], options);
-    let empty = at_once.clone();
-    render(
-        &renderer,
-        &mut at_once,
-        &mut Ledger::default(),
-        &mut policy(),
-        &fixed,
-        &AtomicBool::new(false),
-        &mut Unwatched,
-    );
+    let empty = State::new(Film::new([32, 32], [0, 0, 32, 32], options));
+    let on = |state: &mut State, interrupt: &AtomicBool, observer: &mut dyn Observe| {
+        render(&renderer, state, &mut policy(), &fixed, interrupt, observer)
+    };
+    let never = AtomicBool::new(false);
+    let mut at_once = empty.clone();
+    on(&mut at_once, &never, &mut Unwatched);
     for layers in 1..4 {
-        let (mut film, interrupt) = (empty.clone(), AtomicBool::new(false));
-        let mut ledger = Ledger::default();
+        let (mut state, interrupt) = (empty.clone(), AtomicBool::new(false));
         let mut stop = StopAfter { layers, interrupt: &interrupt };
-        let outcome = render(&renderer, &mut film, &mut ledger, &mut policy(), &fixed, &interrupt, &mut stop);
+        let outcome = on(&mut state, &interrupt, &mut stop);
         assert_eq!((outcome.stopped_by, outcome.layers.len()), (StoppedBy::Interrupt, layers as usize));
-        render(
-            &renderer,
-            &mut film,
-            &mut ledger,
-            &mut policy(),
-            &fixed,
-            &AtomicBool::new(false),
-            &mut Unwatched,
-        );
-        assert_eq!(at_once.beauty(), film.beauty());
-        assert!(at_once.map(|t, i| t.pixels[i].clone()) == film.map(|t, i| t.pixels[i].clone()), "{layers}");
+        on(&mut state, &never, &mut Unwatched);
+        assert_same(&state, &at_once);
+    }
+}
+
+fn assert_same(a: &State, b: &State) {
+    assert!(a.film.beauty() == b.film.beauty());
+    let pixels = |s: &State| s.film.map(|t, i| t.pixels[i].clone());
+    assert!(pixels(a) == pixels(b));
+}
+
+/// Keeps what is handed out for checkpoints, which are always due.
+#[derive(Default)]
+struct Checkpoints(Vec<State>);
+
+impl Observe for Checkpoints {
+    fn tick(&self, _progress: &Progress) {}
+
+    fn barrier(&mut self, _film: &Film, _progress: &Progress) {}
+
+    fn checkpoint_due(&self) -> Option<Instant> {
+        // The first few within layers, the others at their ends.
+        (self.0.len() < 6).then(|| Instant::now() + Duration::from_micros(300))
+    }
+
+    fn checkpoint(&mut self, state: &State, _now: bool) {
+        self.0.push(state.clone());
+    }
+}
+
+#[test]
+fn a_render_goes_on_from_any_checkpoint() {
+    let scene = scene("tests/small-light.pbrt", 48);
+    let options = FilmOptions::default();
+    let renderer = Renderer::new(&scene, RenderSettings::default(), options);
+    let goals = [Goal::Average(40.0), Goal::Tolerance(0.4)];
+    for goal in goals {
+        let on = |state: &mut State, observer: &mut dyn Observe| {
+            let mut policy = Threshold::new(goal);
+            render(&renderer, state, &mut policy, &limits(BOUNDS), &AtomicBool::new(false), observer)
+        };
+        let empty = State::new(Film::new([48, 48], [0, 0, 48, 48], options));
+        let (mut at_once, mut watched) = (empty.clone(), empty);
+        let outcome = on(&mut at_once, &mut Unwatched);
+        let mut checkpoints = Checkpoints::default();
+        on(&mut watched, &mut checkpoints);
+        assert_same(&watched, &at_once);
+        assert!(checkpoints.0.len() > 5, "{goal:?}: {}", checkpoints.0.len());
+        for mut state in checkpoints.0 {
+            let again = on(&mut state, &mut Unwatched);
+            assert_same(&state, &at_once);
+            assert_eq!(again.exposure, outcome.exposure);
+            assert!(again.decisions == outcome.decisions);
+        }
     }
 }
 

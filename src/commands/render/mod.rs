@@ -16,7 +16,7 @@ use choice::PolicyName;
 use clap::{Args, ValueEnum};
 use plan::{Plan, is_standard_output};
 use sparing_adaptive::layers::{Limits, StoppedBy, render};
-use sparing_adaptive::ledger::Ledger;
+use sparing_adaptive::state::State;
 use sparing_image::atomic::check_writable;
 use sparing_image::film::Film;
 use sparing_render::{BuildOptions, Renderer, Scene};
@@ -175,18 +175,16 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
         signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
         signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
     }
-    let mut film = Film::new(plan.size, plan.crop, plan.film);
+    let mut state = State::new(Film::new(plan.size, plan.crop, plan.film));
     let renderer = Renderer::new(&scene, plan.settings, plan.film);
-    let mut ledger = Ledger::default();
     let mut policy = plan.choice.policy();
     let limits =
         Limits { bounds: plan.choice.bounds, time: arguments.time_limit, exposure: plan.choice.exposure };
-    let outcome = pool.install(|| {
-        render(&renderer, &mut film, &mut ledger, &mut *policy, &limits, &interrupt, &mut observer)
-    });
+    let outcome =
+        pool.install(|| render(&renderer, &mut state, &mut *policy, &limits, &interrupt, &mut observer));
 
     let seconds = [load_seconds, build_seconds];
-    let run = save::Run { name: &name, plan: &plan, scene: &scene, film: &film, outcome: &outcome };
+    let run = save::Run { name: &name, plan: &plan, scene: &scene, film: &state.film, outcome: &outcome };
     let statistics = run.statistics(pool.current_num_threads(), seconds);
     run.save(&statistics, arguments)?;
     observer.finish(outcome.stopped_by);

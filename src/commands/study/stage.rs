@@ -7,8 +7,8 @@ use crate::session::memory;
 use indicatif::ProgressBar;
 use sparing_adaptive::goal::Bounds;
 use sparing_adaptive::layers::{Limits, Observe, Outcome, Progress, StoppedBy, render};
-use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::policy::Policy;
+use sparing_adaptive::state::State;
 use sparing_image::film::{Film, FilmOptions, TILE};
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use sparing_scene::description::SamplerKind;
@@ -75,15 +75,18 @@ impl Stage {
             max_depth: self.max_depth,
             ..RenderSettings::default()
         };
-        let mut film = Film::new(self.size, [0, 0, self.size[0], self.size[1]], options);
+        let mut state = State::new(Film::new(self.size, [0, 0, self.size[0], self.size[1]], options));
         let renderer = Renderer::new(&self.scene, settings, options);
         let limits = Limits { bounds, time: None, exposure: None };
         let before = thread_seconds();
-        let outcome =
-            render(&renderer, &mut film, &mut Ledger::default(), policy, &limits, interrupt, &mut Watch(bar));
+        let outcome = render(&renderer, &mut state, policy, &limits, interrupt, &mut Watch(bar));
         let spent = thread_seconds().zip(before).map(|(after, before)| (after - before).max(0.0));
         let cpu_seconds = spent.map(|s| s / rayon::current_num_threads() as f64);
-        (outcome.stopped_by != StoppedBy::Interrupt).then_some(Rendered { film, outcome, cpu_seconds })
+        (outcome.stopped_by != StoppedBy::Interrupt).then_some(Rendered {
+            film: state.film,
+            outcome,
+            cpu_seconds,
+        })
     }
 }
 

@@ -125,6 +125,7 @@ impl Replay {
 mod tests {
     use super::*;
     use crate::layers::{Limits, Unwatched, render};
+    use crate::state::State;
     use sparing_render::BuildOptions;
     use std::sync::atomic::AtomicBool;
 
@@ -142,20 +143,12 @@ mod tests {
         let mut corrected = false;
         for goal in [Goal::Average(24.0), Goal::Threshold(0.3), Goal::Threshold(5.0)] {
             let replayed = replay.run(&mut Threshold::new(goal), 1.5, |_, _| ());
-            let mut film = Film::new([20, 13], [0, 0, 20, 13], FilmOptions::default());
+            let mut state = State::new(Film::new([20, 13], [0, 0, 20, 13], FilmOptions::default()));
             let renderer = Renderer::new(&scene, settings, FilmOptions::default());
             let limits = Limits { bounds, time: None, exposure: Some(1.5) };
             let stop = AtomicBool::new(false);
-            let mut ledger = Ledger::default();
-            render(
-                &renderer,
-                &mut film,
-                &mut ledger,
-                &mut Threshold::new(goal),
-                &limits,
-                &stop,
-                &mut Unwatched,
-            );
+            render(&renderer, &mut state, &mut Threshold::new(goal), &limits, &stop, &mut Unwatched);
+            let film = state.film;
             let pixels = |film: &Film| film.map(|t, i| t.pixels[i].clone());
             assert!(pixels(&film) == pixels(&replayed), "{goal:?}");
             assert_eq!(film.beauty(), replayed.beauty(), "{goal:?}");

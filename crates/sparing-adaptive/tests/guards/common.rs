@@ -2,9 +2,9 @@
 
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::layers::{Limits, Outcome, Unwatched, render};
-use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::machine::Machine;
 use sparing_adaptive::policy::{HalfBuffer, Paper, Planned, Policy, Shapes, Svm, Threshold};
+use sparing_adaptive::state::State;
 use sparing_image::film::Film;
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use sparing_scene::SceneDescription;
@@ -74,11 +74,12 @@ impl Stage {
         limits: &Limits,
     ) -> (Film, Outcome) {
         let options = policy.film_options();
-        let mut film = Film::new(self.size, crop.unwrap_or([0, 0, self.size[0], self.size[1]]), options);
+        let crop = crop.unwrap_or([0, 0, self.size[0], self.size[1]]);
+        let mut state = State::new(Film::new(self.size, crop, options));
         let renderer = Renderer::new(&self.scene, self.settings(seed), options);
-        let (mut ledger, interrupt) = (Ledger::default(), AtomicBool::new(false));
-        let outcome = render(&renderer, &mut film, &mut ledger, policy, limits, &interrupt, &mut Unwatched);
-        (film, outcome)
+        let interrupt = AtomicBool::new(false);
+        let outcome = render(&renderer, &mut state, policy, limits, &interrupt, &mut Unwatched);
+        (state.film, outcome)
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::common::{MACHINE, PAPER, Stage, average, counts, guard, limits, policies};
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::layers::{Limits, Observe, Progress, StoppedBy, render};
-use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::policy::{Planned, Policy, Svm, Threshold};
+use sparing_adaptive::state::State;
 use sparing_image::film::{Film, Pixel};
 use sparing_render::Renderer;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -86,24 +86,23 @@ fn pixels(film: &Film) -> Vec<Pixel> {
     film.map(|t, i| t.pixels[i].clone())
 }
 
-/// Renders; if `stops` is given, is interrupted after so many layers and taken up by a new policy with the same film and
-/// ledger.
+/// Renders; if `stops` is given, is interrupted after so many layers and taken up by a new policy with the same
+/// state.
 fn resumed(stage: &Stage, policy: fn() -> Box<dyn Policy>, stops: Option<u32>) -> (Film, Vec<f32>) {
     let options = policy().film_options();
     let renderer = Renderer::new(&stage.scene, stage.settings(4), options);
     let fixed = Limits { exposure: Some(1.0), ..limits(BOUNDS) };
-    let mut film = Film::new(stage.size, [0, 0, stage.size[0], stage.size[1]], options);
-    let mut ledger = Ledger::default();
+    let mut state = State::new(Film::new(stage.size, [0, 0, stage.size[0], stage.size[1]], options));
     let mut run = |layers| {
         let interrupt = AtomicBool::new(false);
         let mut observer = StopAfter { layers, interrupt: &interrupt };
-        render(&renderer, &mut film, &mut ledger, &mut *policy(), &fixed, &interrupt, &mut observer)
+        render(&renderer, &mut state, &mut *policy(), &fixed, &interrupt, &mut observer)
     };
     if let Some(layers) = stops {
         assert_eq!(run(layers).stopped_by, StoppedBy::Interrupt);
     }
     let outcome = run(u32::MAX);
-    (film, outcome.decisions)
+    (state.film, outcome.decisions)
 }
 
 #[test]
