@@ -170,6 +170,16 @@ impl Image {
     }
 }
 
+/// How pixels are packed in a file; both lose nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Deflate, 16 lines at a time: what every reader knows.
+    #[default]
+    Zip,
+    /// None: many times faster to write.
+    None,
+}
+
 /// A borrowed [`Image`], for writing without a copy.
 #[derive(Clone, Debug)]
 pub struct ImageRef<'a> {
@@ -181,6 +191,8 @@ pub struct ImageRef<'a> {
     pub channels: Vec<(&'a str, SamplesRef<'a>)>,
     /// Attributes besides those that describe the layout of the file.
     pub attributes: &'a [(String, Attribute)],
+    /// How to pack them.
+    pub compression: Compression,
 }
 
 impl<'a> From<&'a Image> for ImageRef<'a> {
@@ -191,6 +203,7 @@ impl<'a> From<&'a Image> for ImageRef<'a> {
             data: image.data,
             channels: channels.collect(),
             attributes: &image.attributes,
+            compression: Compression::Zip,
         }
     }
 }

@@ -29,7 +29,7 @@ mod read;
 mod write;
 
 pub use error::Error;
-pub use image::{Attribute, Channel, Image, ImageRef, Samples, SamplesRef, Window};
+pub use image::{Attribute, Channel, Compression, Image, ImageRef, Samples, SamplesRef, Window};
 pub use read::{Limits, read, read_header};
 pub use write::write;
 

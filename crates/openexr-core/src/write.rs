@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::context::{Context, Sink};
 use crate::error::check;
-use crate::image::{ImageRef, SamplesRef, Window};
+use crate::image::{Compression, ImageRef, SamplesRef, Window};
 use crate::{Error, attribute, check as checked};
 
 /// Deflate level: OpenEXR 3's own default, near the best ratio for float data at twice the speed of level 6.
@@ -86,7 +86,10 @@ fn write_header(context: &Context<'_>, image: &ImageRef<'_>) -> Result<(), Error
             &center,
             1.0,
             sys::exr_lineorder_t::EXR_LINEORDER_INCREASING_Y,
-            sys::exr_compression_t::EXR_COMPRESSION_ZIP,
+            match image.compression {
+                Compression::Zip => sys::exr_compression_t::EXR_COMPRESSION_ZIP,
+                Compression::None => sys::exr_compression_t::EXR_COMPRESSION_NONE,
+            },
         ))?;
     }
     for (channel, samples) in &image.channels {

@@ -19,7 +19,7 @@
 
 use std::path::Path;
 
-use openexr_core::{Channel, ImageRef, Limits, Samples, SamplesRef, Window};
+use openexr_core::{Channel, Compression, ImageRef, Limits, Samples, SamplesRef, Window};
 
 pub use openexr_core::Attribute as ExrAttribute;
 
@@ -158,6 +158,7 @@ pub fn write_exr(path: &Path, image: &ExrImage) -> Result<(), OutputError> {
         data: Window { origin: image.data_origin, size: [image.width, image.height] },
         channels: channels.collect(),
         attributes: &image.attributes,
+        compression: Compression::Zip,
     };
     write_image(path, view)
 }

@@ -92,6 +92,42 @@ impl Pixel {
     pub fn squares(&self) -> DVec3 {
         self.squares
     }
+
+    /// All block sums, those without samples 0.
+    #[must_use]
+    pub fn block_sums(&self) -> &[DVec3; BLOCKS] {
+        &self.blocks
+    }
+
+    /// A pixel as it was: what [`Pixel::block_sums`], [`Pixel::squares`] and [`Pixel::count`] gave.
+    #[must_use]
+    pub fn from_sums(blocks: [DVec3; BLOCKS], squares: DVec3, count: u32) -> Self {
+        let block_size = if count == 0 { 0 } else { count.div_ceil(BLOCKS as u32).next_power_of_two() };
+        Self { blocks, squares, count, block_size }
+    }
+
+    /// A pixel that samples `first..` are added to: as if the samples before had been black. Its blocks are those of a pixel with
+    /// all samples, so that pixels of disjoint ranges add up.
+    #[must_use]
+    pub fn starting_at(first: u32) -> Self {
+        Self::from_sums([DVec3::ZERO; BLOCKS], DVec3::ZERO, first)
+    }
+
+    /// Adds the samples of a pixel that was made with [`Pixel::starting_at`] this one's count. Blocks of the result are bit for bit
+    /// those of adding the samples here one by one, if ranges begin and end at multiples of the final block size; squares
+    /// are added in another order.
+    pub fn append(&mut self, later: &Self) {
+        while self.block_size < later.block_size {
+            for i in 0..BLOCKS / 2 {
+                self.blocks[i] = self.blocks[2 * i] + self.blocks[2 * i + 1];
+            }
+            self.blocks[BLOCKS / 2..].fill(DVec3::ZERO);
+            self.block_size = if self.block_size == 0 { later.block_size } else { 2 * self.block_size };
+        }
+        self.blocks.iter_mut().zip(&later.blocks).for_each(|(a, b)| *a += *b);
+        self.squares += later.squares;
+        self.count = self.count.max(later.count);
+    }
 }
 
 /// Sums of the first hit of the camera rays, for the auxiliary layers.
@@ -135,6 +171,11 @@ impl ShapeSet {
     #[must_use]
     pub fn len(&self) -> u32 {
         self.len
+    }
+
+    /// The ids, in the order in which they were met.
+    pub fn ids(&self) -> impl Iterator<Item = u32> + '_ {
+        self.first.iter().take(self.len.min(4) as usize).chain(&self.more).copied()
     }
 
     /// Whether no camera ray was traced.

@@ -2,6 +2,7 @@
 //!
 //! * [`film`]: sums of samples; [`exr::film_layers`] turns them into layers.
 //! * [`exr`], [`png`]: pictures out, always through [`atomic::AtomicFile`].
+//! * [`raw`]: a film as it is in a file, and back.
 //! * [`picture`]: pictures in, for textures, environment maps and comparisons.
 //! * [`color`], [`metrics`]: colour spaces and differences; how far a picture is from its reference.
 
@@ -13,5 +14,6 @@ pub mod metrics;
 pub mod pfm;
 pub mod picture;
 pub mod png;
+pub mod raw;
 
 pub use openexr_core;
