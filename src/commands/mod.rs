@@ -3,6 +3,7 @@
 mod compare;
 mod info;
 mod machine;
+mod merge;
 mod options;
 mod render;
 mod study;
@@ -36,6 +37,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Say what is in a scene or a picture, and what rendering will skip.
     Info(info::InfoArguments),
+    /// Put the parts of a picture together, or average pictures with different seeds.
+    Merge(merge::MergeArguments),
     /// Compare sampling policies at equal error: time, samples, bias; tables, plots and one HTML page.
     Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
@@ -84,6 +87,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),

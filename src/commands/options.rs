@@ -39,6 +39,31 @@ pub fn crop(text: &str) -> Result<[u32; 4], String> {
     Ok([x0, y0, x1, y1])
 }
 
+/// `I/N`, I from 1.
+pub fn shard(text: &str) -> Result<[u32; 2], String> {
+    let parts =
+        text.split_once('/').and_then(|(i, n)| Some([i.trim().parse().ok()?, n.trim().parse().ok()?]));
+    match parts {
+        Some([index, count]) if (1..=count).contains(&index) && count <= MAX_SHARDS => Ok([index, count]),
+        Some([index, count]) => {
+            Err(format!("there is no part {index} of {count}: parts count from 1, up to {MAX_SHARDS}"))
+        }
+        None => Err("expected I/N, such as 2/8".into()),
+    }
+}
+
+/// Most parts of a picture.
+const MAX_SHARDS: u32 = 65_536;
+
+/// A threshold in just noticeable differences for one sample.
+pub fn lambda(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(l) if l > 0.0 && l.is_finite() => Ok(l),
+        Ok(_) => Err("a threshold is above 0 and finite".into()),
+        Err(_) => Err(format!("'{text}' is not a number")),
+    }
+}
+
 /// `x,y`.
 pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     let (x, y) = text.split_once(',').ok_or("expected a pixel x,y")?;

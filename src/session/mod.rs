@@ -1,5 +1,6 @@
 //! What a render on the command line needs around it: progress, viewers, statistics, memory.
 
+pub mod checkpoint;
 pub mod console;
 pub mod cpu;
 pub mod memory;

@@ -1,12 +1,15 @@
 //! Progress for people (a bar or lines on standard error) and for machines (JSON lines on standard output).
 
+use super::checkpoint::Timer;
 use super::console::note;
 use super::tev::Tev;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use sparing_adaptive::layers::{Observe, Progress, StoppedBy};
+use sparing_adaptive::state::State;
 use sparing_image::film::Film;
 use std::io::{IsTerminal, Write};
+use std::time::Instant;
 
 /// How to report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -18,6 +21,8 @@ pub enum ProgressMode {
     Tty,
     /// One JSON object a line on standard output.
     Json,
+    /// `ALF_PROGRESS 35%` lines on standard output, as render farms read them.
+    Alf,
     /// Nothing.
     None,
 }
@@ -35,6 +40,8 @@ fn eta_seconds(p: &Progress) -> Option<f64> {
 pub struct Observer {
     bar: Option<ProgressBar>,
     json: bool,
+    alf: bool,
+    timer: Option<Timer>,
     lines: bool,
     tev: Option<Tev>,
 }
@@ -50,13 +57,28 @@ impl Observer {
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar
         });
-        Self { bar, json: mode == ProgressMode::Json, lines: mode == ProgressMode::Auto && !tty, tev }
+        let is = |wanted| mode == wanted;
+        let lines = is(ProgressMode::Auto) && !tty;
+        Self { bar, json: is(ProgressMode::Json), alf: is(ProgressMode::Alf), timer: None, lines, tev }
+    }
+
+    /// Writes checkpoints, too.
+    pub fn keep(&mut self, timer: Option<Timer>) {
+        self.timer = timer;
+    }
+
+    /// What writes checkpoints, taken back.
+    pub fn timer(&mut self) -> Option<Timer> {
+        self.timer.take()
     }
 
     /// Called once at the end, when everything is saved.
     pub fn finish(&self, stopped_by: StoppedBy) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+        }
+        if self.alf && !matches!(stopped_by, StoppedBy::Interrupt) {
+            emit(&"ALF_PROGRESS 100%");
         }
         if self.json {
             emit(&json!({ "event": "done", "stopped_by": stopped_by }));
@@ -65,6 +87,16 @@ impl Observer {
 }
 
 impl Observe for Observer {
+    fn checkpoint_due(&self) -> Option<Instant> {
+        self.timer.as_ref()?.due()
+    }
+
+    fn checkpoint(&mut self, state: &State, now: bool) {
+        if let Some(timer) = &mut self.timer {
+            timer.visit(state, now);
+        }
+    }
+
     fn tick(&self, p: &Progress) {
         let eta = eta_seconds(p);
         if let Some(bar) = &self.bar {
@@ -75,6 +107,9 @@ impl Observe for Observer {
                 p.active_pixels,
                 eta.map_or("?".to_owned(), clock)
             ));
+        }
+        if self.alf {
+            emit(&format_args!("ALF_PROGRESS {:.0}%", (fraction(p) * 100.0).min(99.0)));
         }
         if self.json {
             emit(&json!({
@@ -108,7 +143,7 @@ impl Observe for Observer {
     }
 }
 
-fn emit(value: &serde_json::Value) {
+fn emit(value: &dyn std::fmt::Display) {
     // A closed pipe is the reader's decision, not an error.
     let mut out = std::io::stdout().lock();
     let _ = writeln!(out, "{value}").and_then(|()| out.flush());

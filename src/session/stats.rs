@@ -1,6 +1,6 @@
 //! The statistics of a render as one JSON object.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sparing_adaptive::layers::{Layer, StoppedBy};
 
 /// What `--stats` writes.
@@ -44,6 +44,9 @@ pub struct Statistics {
     /// What radiance was multiplied by before errors were judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f32>,
+    /// The threshold in the end: a render with it, and with the exposure, takes the same samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<f64>,
     /// Predicted mean CIEDE2000 error at that exposure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted_error: Option<f64>,
@@ -72,7 +75,7 @@ pub struct Statistics {
 }
 
 /// Rays traced.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Rays {
     /// From the camera.
     pub camera: u64,

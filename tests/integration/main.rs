@@ -5,10 +5,12 @@
 
 mod adaptive;
 mod bad_input;
+mod checkpoint;
 mod cli;
 mod common;
 mod guards;
 mod interrupt;
+mod merge;
 mod output;
 mod paper;
 mod references;

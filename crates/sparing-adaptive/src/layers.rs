@@ -7,7 +7,7 @@ use crate::ledger::Ledger;
 use crate::policy::{Barrier, Decisions, Policy};
 use crate::state::State;
 use crate::view::View;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sparing_image::film::{Film, Tile};
 use sparing_render::Renderer;
 use sparing_render::integrator::{TraceStatistics, Wave};
@@ -41,7 +41,7 @@ pub enum StoppedBy {
 }
 
 /// One layer, afterwards.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Layer {
     /// Most samples that a pixel has afterwards.
     pub spp: u32,
@@ -126,7 +126,7 @@ pub fn render(
     state.film.correction.clear(); // of an earlier render
     let bounds = limits.bounds;
     let pixels = u64::from(state.film.width()) * u64::from(state.film.height());
-    let total = pixels * u64::from(bounds.max_spp);
+    let total = (pixels * u64::from(bounds.max_spp)).saturating_sub(state.base_samples);
     let deadline = limits.time.and_then(|t| start.checked_add(t));
     let mut outcome = Outcome {
         layers: std::mem::take(&mut state.layers),
@@ -139,7 +139,7 @@ pub fn render(
         decisions: Vec::new(),
     };
     let mut counts = state.film.map(|t, i| t.pixels[i].count());
-    let mut done = counts.iter().map(|n| u64::from(*n)).sum();
+    let mut done = counts.iter().map(|n| u64::from(*n)).sum::<u64>().saturating_sub(state.base_samples);
     let mut look =
         Look { view: None, audit: policy.wants_audit().then(|| Audit::new(renderer, &state.film)) };
     let mut held_back = false;
@@ -148,7 +148,7 @@ pub fn render(
         _ => vec![policy.first_target(bounds); counts.len()],
     };
     let mut decisions = Decisions { targets, lambda: state.lambda, ..Decisions::default() };
-    if done > 0 && pending(&counts, &decisions.targets).is_none() {
+    if counts.iter().any(|n| *n > 0) && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
         look.follow(&state.film, &mut outcome);
         decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);

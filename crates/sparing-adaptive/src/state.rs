@@ -26,6 +26,8 @@ pub struct State {
     pub rays: TraceStatistics,
     /// Seconds of sampling and deciding so far.
     pub seconds: f64,
+    /// Samples that the film counted when it was new: those that other shards take.
+    pub base_samples: u64,
 }
 
 impl State {
@@ -33,6 +35,7 @@ impl State {
     #[must_use]
     pub fn new(film: Film) -> Self {
         Self {
+            base_samples: film.samples(),
             film,
             ledger: Ledger::default(),
             targets: Vec::new(),

@@ -66,6 +66,7 @@ impl Choice {
         if a.policy == PolicyName::Uniform {
             let extra = [
                 a.tolerance.map(|_| "tolerance"),
+                a.threshold.map(|_| "threshold"),
                 a.min_spp.map(|_| "min-spp"),
                 a.max_spp.map(|_| "max-spp"),
             ];
@@ -96,15 +97,16 @@ impl Choice {
         if min_spp > max_spp {
             return Err(Usage::error(format!("--min-spp {min_spp} is above --max-spp {max_spp}")));
         }
-        let goal = match a.spp {
-            Some(n) if !(min_spp..=max_spp).contains(&n) => {
+        let goal = match (a.spp, a.threshold) {
+            (_, Some(lambda)) => Goal::Threshold(lambda),
+            (Some(n), _) if !(min_spp..=max_spp).contains(&n) => {
                 let range = format!("{min_spp} to {max_spp}");
                 return Err(Usage::error(format!(
                     "--spp {n}: an average must lie between least and most, {range}"
                 )));
             }
-            Some(n) => Goal::Average(f64::from(n)),
-            None => Goal::Tolerance(a.tolerance.unwrap_or(1.0)),
+            (Some(n), None) => Goal::Average(f64::from(n)),
+            (None, None) => Goal::Tolerance(a.tolerance.unwrap_or(1.0)),
         };
         Ok(Self {
             name: a.policy,
@@ -133,6 +135,23 @@ impl Choice {
         }
     }
 
+    /// What it is to reach.
+    pub(super) fn goal(&self) -> Goal {
+        self.goal
+    }
+
+    /// Whether pixels get different numbers of samples.
+    pub(super) fn is_adaptive(&self) -> bool {
+        self.name != PolicyName::Uniform
+    }
+
+    /// Whether what a pixel gets depends on the pixels around it only.
+    pub(super) fn is_local(&self) -> bool {
+        let needs_no_goal = self.name == PolicyName::Shapes;
+        let fixed = matches!(self.goal, Goal::Threshold(_)) && self.exposure.is_some();
+        needs_no_goal || fixed
+    }
+
     /// The name of the model in the program, if it is not the default one.
     pub(super) fn model(&self) -> Option<&'static str> {
         matches!(self.model, Some(Chosen::Paper(_))).then_some("paper")
@@ -146,7 +165,7 @@ impl Choice {
 
 /// Refuses the options that set a goal.
 pub(super) fn without_goal(a: &RenderArguments, policy: &str) -> anyhow::Result<()> {
-    let goal = [a.tolerance.map(|_| "tolerance"), a.spp.map(|_| "spp")];
+    let goal = [a.tolerance.map(|_| "tolerance"), a.threshold.map(|_| "threshold"), a.spp.map(|_| "spp")];
     match goal.into_iter().flatten().next() {
         Some(option) => Err(Usage::error(format!("--{option}: {policy} has no goal to set"))),
         None => Ok(()),

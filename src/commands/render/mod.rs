@@ -1,24 +1,28 @@
 //! `sparing render`.
 
 mod choice;
+pub(super) mod identity;
+mod keep;
 mod paper;
 mod plan;
 mod replay;
 mod save;
+mod shard;
 
 use super::Usage;
-use super::options::{crop, duration, pixel, size, spp, threads, tolerance};
+use super::options::{crop, duration, lambda, pixel, shard, size, spp, threads, tolerance};
 use crate::session::console::note;
 use crate::session::progress::{Observer, ProgressMode};
 use crate::session::tev::Tev;
 use anyhow::Context;
 use choice::PolicyName;
 use clap::{Args, ValueEnum};
+use keep::Keeper;
 use plan::{Plan, is_standard_output};
+use shard::ShardBy;
+use sparing_adaptive::goal::Bounds;
 use sparing_adaptive::layers::{Limits, StoppedBy, render};
-use sparing_adaptive::state::State;
 use sparing_image::atomic::check_writable;
-use sparing_image::film::Film;
 use sparing_render::{BuildOptions, Renderer, Scene};
 use sparing_scene::SceneDescription;
 use std::path::{Path, PathBuf};
@@ -50,6 +54,10 @@ pub struct RenderArguments {
     /// Default: 1, unless --spp is given.
     #[arg(long, value_name = "T", value_parser = tolerance, conflicts_with = "spp", allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// Adaptive policies: render until no pixel gains more than this from one more sample, as the statistics of a render report it;
+    /// decisions then depend on the pixels around only.
+    #[arg(long, value_name = "L", value_parser = lambda, conflicts_with_all = ["spp", "tolerance"], allow_negative_numbers = true)]
+    threshold: Option<f64>,
     /// Adaptive policies: samples that every pixel gets [default: 8].
     #[arg(long, value_name = "N", value_parser = spp, allow_negative_numbers = true)]
     min_spp: Option<u32>,
@@ -68,6 +76,22 @@ pub struct RenderArguments {
     /// End sampling after this time: 90, 30s, 5m, 1h.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time_limit: Option<Duration>,
+    /// Keep the state of the render in FILE, an EXR that any viewer shows: every --checkpoint-interval, at ends of layers, on Ctrl-C
+    /// and SIGTERM. Removed when the picture is finished.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Time between checkpoints.
+    #[arg(long, value_name = "TIME", default_value = "5m", value_parser = duration, requires = "checkpoint")]
+    checkpoint_interval: Duration,
+    /// Go on from the checkpoint if there is one.
+    #[arg(long, requires = "checkpoint")]
+    resume: bool,
+    /// Render part I of N only, from 1, into a file for `sparing merge`.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<[u32; 2]>,
+    /// How the picture is split.
+    #[arg(long, value_enum, default_value_t, requires = "shard")]
+    shard_by: ShardBy,
     /// Seed of all random numbers.
     #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -155,6 +179,7 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
     });
     let tev = tev.transpose()?;
 
+    let keeper = Keeper::new(arguments, &plan, &description)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
     let build_start = Instant::now();
     let options = BuildOptions { threads: arguments.threads, robust: !arguments.no_robust };
@@ -175,18 +200,30 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
         signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupt))?;
         signal_hook::flag::register(signal, Arc::clone(&interrupt))?;
     }
-    let mut state = State::new(Film::new(plan.size, plan.crop, plan.film));
+    let (mut state, keeper) = keeper.begin(&plan)?;
+    observer.keep(keeper.timer());
     let renderer = Renderer::new(&scene, plan.settings, plan.film);
     let mut policy = plan.choice.policy();
-    let limits =
-        Limits { bounds: plan.choice.bounds, time: arguments.time_limit, exposure: plan.choice.exposure };
-    let outcome =
+    let bounds = Bounds { max_spp: plan.shard.most(plan.choice.bounds.max_spp), ..plan.choice.bounds };
+    let limits = Limits { bounds, time: arguments.time_limit, exposure: plan.choice.exposure };
+    let mut outcome =
         pool.install(|| render(&renderer, &mut state, &mut *policy, &limits, &interrupt, &mut observer));
 
+    let finished = !matches!(outcome.stopped_by, StoppedBy::Interrupt | StoppedBy::TimeLimit);
+    let mut timer = observer.timer();
+    if let (false, Some(timer)) = (finished, &mut timer) {
+        timer.save(&state);
+    }
+    plan.shard.cut(&mut state, &mut outcome.decisions);
     let seconds = [load_seconds, build_seconds];
-    let run = save::Run { name: &name, plan: &plan, scene: &scene, film: &state.film, outcome: &outcome };
+    let run = save::Run { name: &name, plan: &plan, scene: &scene, state: &state, outcome: &outcome };
     let statistics = run.statistics(pool.current_num_threads(), seconds);
-    run.save(&statistics, arguments)?;
+    if arguments.shard.is_none() {
+        run.save(&statistics, arguments)?;
+    } else if finished {
+        run.save_shard(&statistics, arguments, &keeper)?;
+    }
+    keeper.end(finished, timer)?;
     observer.finish(outcome.stopped_by);
     run.report(&statistics, arguments);
     Ok(if outcome.stopped_by == StoppedBy::Interrupt { ExitCode::from(130) } else { ExitCode::SUCCESS })

@@ -1,6 +1,7 @@
 //! Everything that is decided before the scene is built.
 
 use super::choice::Choice;
+use super::shard::Shard;
 use super::{EstimatorChoice, RenderArguments, Sampler};
 use crate::commands::Usage;
 use crate::commands::options::check_size;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Plan {
     pub(super) outputs: Vec<PathBuf>,
     pub(super) size: [u32; 2],
-    pub(super) crop: [u32; 4],
+    pub(super) shard: Shard,
     pub(super) choice: Choice,
     pub(super) film: FilmOptions,
     pub(super) settings: RenderSettings,
@@ -63,7 +64,7 @@ impl Plan {
         Ok(Self {
             outputs: outputs(a, d)?,
             size,
-            crop,
+            shard: Shard::new(a, &choice, crop)?,
             film: FilmOptions {
                 auxiliary: a.layers,
                 shapes: a.layers || choice.policy().film_options().shapes,
@@ -82,7 +83,7 @@ const LAYER_BYTES: u64 = 128;
 impl Plan {
     /// Whether the film and the pictures made of it fit into memory: an error now, not a kill in an hour.
     pub(super) fn check_memory(&self) -> anyhow::Result<()> {
-        let [x0, y0, x1, y1] = self.crop.map(u64::from);
+        let [x0, y0, x1, y1] = self.shard.rendered.map(u64::from);
         let tile = u64::from(TILE);
         let tiles = (x1.div_ceil(tile) - x0 / tile) * (y1.div_ceil(tile) - y0 / tile);
         let film = tiles * Film::new([TILE, TILE], [0, 0, TILE, TILE], self.film).bytes();
@@ -92,6 +93,9 @@ impl Plan {
 }
 
 fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<PathBuf>> {
+    if a.shard.is_some() && !matches!(&a.output[..], [path] if is_exr(path)) {
+        return Err(Usage::error("--shard: say -o with one .exr file, which `sparing merge` takes"));
+    }
     if a.output.is_empty() {
         let named = d.film.filename.as_ref().and_then(|f| Path::new(f).file_stem().map(PathBuf::from));
         let stem =
@@ -106,7 +110,7 @@ fn outputs(a: &RenderArguments, d: &SceneDescription) -> anyhow::Result<Vec<Path
         }
     }
     let mut targets: Vec<PathBuf> = Vec::new();
-    for path in a.output.iter().chain(&a.stats).chain(&a.heat_map) {
+    for path in a.output.iter().chain(&a.stats).chain(&a.heat_map).chain(&a.checkpoint) {
         let target = target(path);
         if targets.contains(&target) {
             return Err(Usage::error(format!("{} is to be written twice", path.display())));

@@ -1,13 +1,15 @@
 //! What a render leaves behind: pictures, statistics, a line on the terminal.
 
 use super::RenderArguments;
+use super::keep::Kept;
 use super::plan::{Plan, is_exr, is_standard_output};
 use crate::session::console::{note, print};
 use crate::session::memory;
 use crate::session::progress::{ProgressMode, clock};
-use crate::session::stats::{Rays, Statistics};
+use crate::session::stats::Statistics;
 use anyhow::Context;
 use sparing_adaptive::layers::{Outcome, StoppedBy};
+use sparing_adaptive::state::State;
 use sparing_image::atomic::AtomicFile;
 use sparing_image::exr::{ExrAttribute, film_layers, write_exr};
 use sparing_image::film::Film;
@@ -23,14 +25,15 @@ pub(super) struct Run<'a> {
     pub(super) name: &'a str,
     pub(super) plan: &'a Plan,
     pub(super) scene: &'a Scene,
-    pub(super) film: &'a Film,
+    pub(super) state: &'a State,
     pub(super) outcome: &'a Outcome,
 }
 
 impl Run<'_> {
     pub(super) fn statistics(&self, threads: usize, [load_seconds, build_seconds]: [f64; 2]) -> Statistics {
-        let Self { plan, scene, film, outcome, .. } = *self;
-        let samples = film.samples();
+        let Self { plan, scene, outcome, .. } = *self;
+        let film = &self.state.film;
+        let samples = film.samples().saturating_sub(self.state.base_samples);
         let rays = outcome.rays;
         let (major, minor, patch) = scene.embree().device().version();
         let mut needs = scene.needs();
@@ -49,12 +52,13 @@ impl Run<'_> {
             render_seconds: outcome.seconds,
             samples,
             average_spp: samples as f64 / (f64::from(film.width()) * f64::from(film.height())),
-            rays: Rays { camera: rays.camera, bounce: rays.bounce, shadow: rays.shadow },
+            rays: rays.into(),
             rays_per_second: (rays.camera + rays.bounce + rays.shadow) as f64 / outcome.seconds.max(1e-9),
             layers: outcome.layers.clone(),
             invalid_samples: film.invalid_samples(),
             first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
             exposure: outcome.exposure,
+            threshold: self.state.lambda.filter(|l| l.is_finite()),
             predicted_error: outcome.predicted_error,
             audit_samples: outcome.audit_samples,
             stopped_by: outcome.stopped_by,
@@ -72,7 +76,7 @@ impl Run<'_> {
 
     /// Writes all pictures and files that were asked for.
     pub(super) fn save(&self, s: &Statistics, arguments: &RenderArguments) -> anyhow::Result<()> {
-        let (plan, film) = (self.plan, self.film);
+        let (plan, film) = (self.plan, &self.state.film);
         for path in &plan.outputs {
             if is_exr(path) {
                 let mut image = film_layers(film, attributes(plan, s));
@@ -93,9 +97,25 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Writes the part that was rendered.
+    pub(super) fn save_shard(
+        &self,
+        s: &Statistics,
+        arguments: &RenderArguments,
+        keeper: &Kept,
+    ) -> anyhow::Result<()> {
+        for path in &self.plan.outputs {
+            keeper.write_shard(path, self.state, &self.outcome.decisions, attributes(self.plan, s))?;
+        }
+        if let Some(path) = &arguments.stats {
+            write_stats(path, s, arguments.progress)?;
+        }
+        Ok(())
+    }
+
     /// The line for people.
     pub(super) fn report(&self, s: &Statistics, arguments: &RenderArguments) {
-        let (plan, film) = (self.plan, self.film);
+        let (plan, film) = (self.plan, &self.state.film);
         if s.invalid_samples > 0 {
             let place = s
                 .first_invalid
@@ -109,7 +129,7 @@ impl Run<'_> {
         if empty > 0 {
             note(format_args!("warning: {empty} pixels got no sample before the stop and are black"));
         }
-        if arguments.progress == ProgressMode::None || arguments.progress == ProgressMode::Json {
+        if matches!(arguments.progress, ProgressMode::None | ProgressMode::Json | ProgressMode::Alf) {
             return;
         }
         let files: Vec<String> = plan.outputs.iter().map(|p| p.display().to_string()).collect();

@@ -5,6 +5,7 @@
 
 mod bounds;
 mod camera;
+mod fingerprint;
 mod light;
 mod material;
 mod shape;
