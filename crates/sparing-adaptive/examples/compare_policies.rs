@@ -1,11 +1,11 @@
 //! How many samples the policies need, relative to uniform sampling, on validation scenes that no machine has seen.
 //!
 //!     cargo run --release -p sparing-adaptive --example compare_policies -- [--first N] [--scenes N] [--seeds N] [--scale F]
-//!         [--reference SPP] [MODEL[@STOP,GO_ON] ...]
+//!         [--reference SPP] [--max-spp 512] [--uniform 64] [MODEL[@STOP,GO_ON] ...]
 //!
-//! Each scene is rendered evenly to 512 samples per pixel with some seeds, and a reference with another one. Policies are
+//! Each scene is rendered evenly to --max-spp samples per pixel with some seeds, and a reference with another one. Policies are
 //! replayed on the stored layers, for many thresholds. For each figure of error, the average of samples at which a
-//! policy is as good as uniform sampling with 64 is interpolated in the mean over the seeds; geometric means over scenes.
+//! policy is as good as uniform sampling with --uniform is interpolated in the mean over the seeds; geometric means over scenes.
 
 use sparing_adaptive::features::display_lab;
 use sparing_adaptive::goal::{Bounds, Goal};
@@ -20,9 +20,6 @@ use sparing_render::integrator::Wave;
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
 use sparing_scene::generate::training::{Split, scene};
 
-const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 512 };
-/// The film of 64 samples.
-const LEVEL: usize = 3;
 const FIGURES: &str = "relMSE, p99 dE, p95 dE, mean dE";
 /// What a target that is never reached counts as, as in the experiments before.
 const UNREACHED: f64 = 3.12;
@@ -54,7 +51,8 @@ impl Errors {
 
 /// Thresholds from hardly any samples beyond the minimum to nearly the maximum; none if nothing shows any error.
 fn thresholds(replay: &Replay, exposure: f32) -> Vec<f64> {
-    let Some([largest, smallest]) = replay.thresholds(exposure, [9.0, 350.0]) else { return Vec::new() };
+    let most = 0.68 * f64::from(replay.bounds().max_spp);
+    let Some([largest, smallest]) = replay.thresholds(exposure, [9.0, most]) else { return Vec::new() };
     (0..=THRESHOLDS)
         .map(|k| largest * (smallest / largest).powf(f64::from(k) / f64::from(THRESHOLDS)))
         .collect()
@@ -137,6 +135,7 @@ impl Entry {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut scenes, mut seeds, mut scale, mut reference) = (11_u32, 2_u64, 0.6_f64, 4096_u32);
     let mut first = 0_u32;
+    let (mut max_spp, mut uniform_spp) = (512_u32, 64_u32);
     let mut entries = vec![
         Entry::new("threshold", Box::new(|l| Box::new(Threshold::new(Goal::Threshold(l))))),
         Entry::new("planned", Box::new(|l| Box::new(Planned { goal: Goal::Threshold(l) }))),
@@ -146,6 +145,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--scenes" => scenes = value()?.parse()?,
+            "--max-spp" => max_spp = value()?.parse()?,
+            "--uniform" => uniform_spp = value()?.parse()?,
             "--first" => first = value()?.parse()?,
             "--seeds" => seeds = value()?.parse()?,
             "--scale" => scale = value()?.parse()?,
@@ -166,6 +167,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
+    let bounds = Bounds { min_spp: 8, max_spp };
+    let level = (uniform_spp / bounds.min_spp).max(1).ilog2() as usize;
     let mut even_biases = Vec::new();
     for index in first..first.saturating_add(scenes) {
         let mut description = scene(index, 1, Split::Validation);
@@ -186,10 +189,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut lambdas = Vec::new();
         for seed in 0..seeds {
             let settings = RenderSettings { seed: 7000 + seed, ..settings };
-            let replay = Replay::new(&built, size, settings, BOUNDS, FilmOptions::default());
+            let replay = Replay::new(&built, size, settings, bounds, FilmOptions::default());
             let exposure = View::auto_exposure(&replay.films()[0]);
-            uniform.add(&truth.errors(&replay.films()[LEVEL]));
-            even_biases.push(truth.errors(&replay.films()[LEVEL - 1]).dark_bias);
+            uniform.add(&truth.errors(&replay.films()[level]));
+            even_biases.push(truth.errors(&replay.films()[2]).dark_bias);
             if lambdas.is_empty() {
                 lambdas = thresholds(&replay, exposure);
             }
@@ -219,7 +222,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             );
         }
     }
-    report(&entries, &even_biases);
+    report(&entries, &even_biases, uniform_spp);
     Ok(())
 }
 
@@ -227,9 +230,9 @@ fn joined(values: &[f64; 4]) -> String {
     values.map(|v| format!("{v:.3}")).join(" ")
 }
 
-fn report(entries: &[Entry], even_biases: &[f64]) {
+fn report(entries: &[Entry], even_biases: &[f64], uniform_spp: u32) {
     println!(
-        "\nspp relative to uniform 64 at equal {FIGURES} | against threshold | worst scene against it | "
+        "\nspp relative to uniform {uniform_spp} at equal {FIGURES} | against threshold | worst scene against it | "
     );
     println!("mean and lowest signed error of the darkest lit quarter at 32 spp");
     let base = &entries[0];
