@@ -1,7 +1,7 @@
 //! Rows that were collected already, one file a scene.
 //!
 //! ```text
-//! sparing rows 2
+//! sparing rows 1
 //! settings          what the rows depend on; rows of other settings are collected again
 //! count
 //! numbers            one line a row, with all digits
@@ -14,7 +14,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 /// To be raised when rows of the same settings come out otherwise.
-const FORMAT: &str = "sparing rows 2";
+const FORMAT: &str = "sparing rows 1";
 
 /// The folder of the rows.
 pub(super) struct Cache {

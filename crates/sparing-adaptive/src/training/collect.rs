@@ -53,7 +53,7 @@ pub struct Row {
 /// Averages of samples, over the pixels that show any error, that thresholds are drawn between.
 fn averages(bounds: Bounds) -> [f64; 2] {
     // Nearly all pixels at the maximum would leave nothing to decide.
-    [1.25 * f64::from(bounds.min_spp), (0.4 * f64::from(bounds.max_spp)).min(300.0)]
+    [1.25 * f64::from(bounds.min_spp), (0.4 * f64::from(bounds.max_spp)).min(200.0)]
 }
 
 /// Thresholds that each replicate is replayed with.
