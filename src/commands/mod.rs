@@ -6,6 +6,7 @@ mod machine;
 mod merge;
 mod options;
 mod render;
+mod stress;
 mod study;
 mod tradeoff;
 mod train;
@@ -43,6 +44,8 @@ enum Command {
     Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
     Tradeoff(tradeoff::TradeoffArguments),
+    /// Run numbers that hurt through everything, and check the bounds that must hold.
+    Stress(stress::StressArguments),
     /// Train the machine of the policy svm on scenes made for it.
     Train(train::TrainArguments),
     /// Write shell completions to standard output.
@@ -89,6 +92,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Completions { shell } => {

@@ -14,6 +14,7 @@ mod merge;
 mod output;
 mod paper;
 mod references;
+mod stress;
 mod study;
 mod tradeoff;
 mod train;

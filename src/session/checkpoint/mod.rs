@@ -18,12 +18,11 @@ use sparing_adaptive::pooling::Plane;
 use sparing_adaptive::state::State;
 use sparing_image::exr::{ExrAttribute, write_image};
 use sparing_image::openexr_core::{self, Channel, Compression, Image, ImageRef, Limits, Samples};
-use sparing_image::picture::MAX_SIDE;
 use sparing_image::raw;
 use std::path::Path;
 
 /// What is read at most.
-pub const LIMITS: Limits = Limits { max_side: MAX_SIDE, max_channels: 1024, max_bytes: 64 << 30 };
+pub const LIMITS: Limits = Limits { max_side: 65_536, max_channels: 1024, max_bytes: 64 << 30 };
 
 const STATE: &str = "sparing.state";
 const PLAN: &str = "State.Plan";

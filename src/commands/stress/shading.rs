@@ -1,0 +1,215 @@
+//! Materials at their ends.
+
+use super::case::{Case, Effort};
+use super::scenes::{WHITE, render, with};
+
+const AREA: &str = "Shading";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        area: AREA,
+        name: "no-light-is-made",
+        does: "Spheres of all materials, roughness 0 to 1 in steps around the switch to smooth, in white light: brightest mean.",
+        unit: "mean over 1",
+        bound: 2e-3,
+        measure: energy,
+    },
+    Case {
+        area: AREA,
+        name: "smooth-rough-switch",
+        does: "Mean radiance of metal and glass spheres under a bright square, for roughness 0 and for the least that is rough.",
+        unit: "relative step",
+        bound: 0.02,
+        measure: switch,
+    },
+    Case {
+        area: AREA,
+        name: "indices-of-refraction",
+        does: "Glass of index 0.5, 1 - 1e-6, 1, 1 + 1e-6, 1.5 and 10 in white light, which must look white.",
+        unit: "error of the mean",
+        bound: 2e-3,
+        measure: indices,
+    },
+    Case {
+        area: AREA,
+        name: "extreme-conductors",
+        does: "Metals with eta and k from 1e-6 to 1e6 in white light: brighter than their surroundings, or not finite.",
+        unit: "excess and bad values",
+        bound: 2e-3,
+        measure: conductors,
+    },
+    Case {
+        area: AREA,
+        name: "thousand-bounces",
+        does: "A closed glowing box of albedo 0.999 shines with 1000 times its emission.",
+        unit: "relative error",
+        bound: 0.02,
+        measure: |e| {
+            let p = glowing(0.999, 20_000, e.of(64, 1024))?;
+            Ok((p / 1000.0 - 1.0).abs())
+        },
+    },
+    Case {
+        area: AREA,
+        name: "roulette",
+        does: "A closed glowing box of albedo 0.5 to 0.99 shines with 1 / (1 - albedo) times its emission: roulette loses nothing.",
+        unit: "largest relative error",
+        bound: 0.01,
+        measure: |e| {
+            let mut worst: f64 = 0.0;
+            for albedo in [0.5, 0.9, 0.99] {
+                let found = glowing(albedo, 5000, e.of(256, 4096))?;
+                worst = worst.max((found * (1.0 - albedo) - 1.0).abs());
+            }
+            Ok(worst)
+        },
+    },
+    Case {
+        area: AREA,
+        name: "black-and-white",
+        does: "Every material with reflectance 0 and 1: samples that are not finite or negative.",
+        unit: "values",
+        bound: 0.0,
+        measure: |e| {
+            let mut bad = 0.0;
+            for (material, _) in materials() {
+                for (reflectance, roughness) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1e-4)] {
+                    bad += sphere(&material(reflectance, roughness), e.of(16, 256))?.bad();
+                }
+            }
+            Ok(bad)
+        },
+    },
+    Case {
+        area: AREA,
+        name: "inward-normals",
+        does: "Spheres whose shading normals point inwards or sideways: samples that are not finite, or light that is made.",
+        unit: "excess and bad values",
+        bound: 0.05,
+        measure: inward,
+    },
+];
+
+/// A material of a reflectance and a roughness.
+type Make = fn(f64, f64) -> String;
+
+fn materials() -> [(Make, &'static str); 6] {
+    [
+        (|r, _| format!("Material \"diffuse\" \"rgb reflectance\" [{r} {r} {r}]"), "diffuse"),
+        (
+            |r, a| format!("Material \"conductor\" \"rgb reflectance\" [{r} {r} {r}] \"float roughness\" {a} \"bool remaproughness\" false"),
+            "conductor",
+        ),
+        (
+            |_, a| format!("Material \"dielectric\" \"float roughness\" {a} \"bool remaproughness\" false"),
+            "dielectric",
+        ),
+        (
+            |r, a| format!("Material \"coateddiffuse\" \"rgb reflectance\" [{r} {r} {r}] \"float roughness\" {a} \"bool remaproughness\" false"),
+            "coateddiffuse",
+        ),
+        (|_, _| "Material \"thindielectric\"".to_owned(), "thindielectric"),
+        (
+            |r, _| {
+                let h = 0.5 * r;
+                format!("Material \"diffusetransmission\" \"rgb reflectance\" [{h} {h} {h}] \"rgb transmittance\" [{h} {h} {h}]")
+            },
+            "diffusetransmission",
+        ),
+    ]
+}
+
+fn sphere(material: &str, spp: u32) -> anyhow::Result<super::scenes::Picture> {
+    render(&format!("{WHITE}{material} Shape \"sphere\" \"float radius\" 1"), spp)
+}
+
+fn energy(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for (material, _) in materials() {
+        for roughness in [0.0, 1e-6, 9e-4, 1.1e-3, 0.01, 0.03, 0.1, 0.3, 0.6, 1.0] {
+            let p = sphere(&material(1.0, roughness), effort.of(64, 1024))?;
+            worst = worst.max(p.mean() - 1.0 + p.bad());
+        }
+    }
+    Ok(worst)
+}
+
+fn switch(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for material in ["conductor", "dielectric"] {
+        let mean = |roughness: f64| -> anyhow::Result<f64> {
+            let world = format!(
+                "{WHITE}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 9 9] \"bool twosided\" true Shape \"bilinearmesh\" \"point3 P\" [-2 3 -2 2 3 -2 -2 3 2 2 3 2] AttributeEnd Material \"{material}\" \"float roughness\" {roughness} \"bool remaproughness\" false Shape \"sphere\" \"float radius\" 1"
+            );
+            Ok(render(&world, effort.of(512, 8192))?.mean())
+        };
+        let smooth = mean(0.0)?;
+        for roughness in [1e-5, 1e-4, 1e-3, 2e-3] {
+            worst = worst.max((mean(roughness)? / smooth - 1.0).abs());
+        }
+    }
+    Ok(worst)
+}
+
+fn indices(effort: Effort) -> anyhow::Result<f64> {
+    let camera = "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 40";
+    let mut worst: f64 = 0.0;
+    for eta in [0.5, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.5, 10.0] {
+        let world = format!("{WHITE}Material \"dielectric\" \"float eta\" {eta} Shape \"sphere\" \"float radius\" 1");
+        let p = with(camera, &world, effort.of(256, 4096), 1000, true)?;
+        worst = worst.max((p.mean() - 1.0).abs() + p.bad());
+    }
+    Ok(worst)
+}
+
+fn conductors(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for eta in [1e-6, 0.1, 1.0, 1e3, 1e6] {
+        for k in [0.0, 1e-6, 1.0, 1e3, 1e6] {
+            for roughness in [0.0, 0.3] {
+                let material = format!(
+                    "Material \"conductor\" \"rgb eta\" [{eta} {eta} {eta}] \"rgb k\" [{k} {k} {k}] \"float roughness\" {roughness}"
+                );
+                let p = sphere(&material, effort.of(16, 256))?;
+                worst = worst.max((p.max() - 1.0).max(0.0) + p.bad());
+            }
+        }
+    }
+    Ok(worst)
+}
+
+/// Mean radiance in a closed box that glows with 1.
+fn glowing(albedo: f64, depth: u32, spp: u32) -> anyhow::Result<f64> {
+    let camera = "LookAt 0 0 0  0.2 0.1 1  0 1 0 Camera \"perspective\" \"float fov\" 90";
+    let faces = [
+        "-1 -1 -1 1 -1 -1 -1 1 -1 1 1 -1",
+        "-1 -1 1 1 -1 1 -1 1 1 1 1 1",
+        "-1 -1 -1 1 -1 -1 -1 -1 1 1 -1 1",
+        "-1 1 -1 1 1 -1 -1 1 1 1 1 1",
+        "-1 -1 -1 -1 1 -1 -1 -1 1 -1 1 1",
+        "1 -1 -1 1 1 -1 1 -1 1 1 1 1",
+    ];
+    let mut world = format!(
+        "Material \"diffuse\" \"rgb reflectance\" [{albedo} {albedo} {albedo}] AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true\n"
+    );
+    for face in faces {
+        world += &format!("Shape \"bilinearmesh\" \"point3 P\" [{face}]\n");
+    }
+    Ok(with(camera, &world, spp, depth, true)?.mean())
+}
+
+fn inward(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for normal in ["0 0 1", "0 0 -1", "1 0 0", "0.7 0 0.7", "0 0 0"] {
+        for (material, _) in materials() {
+            let normals = [normal; 4].join(" ");
+            let world = format!(
+                "{WHITE}{} Shape \"trianglemesh\" \"point3 P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"normal N\" [{normals}] \"integer indices\" [0 2 1 0 3 2]",
+                material(1.0, 0.2)
+            );
+            let p = render(&world, effort.of(64, 1024))?;
+            worst = worst.max((p.mean() - 1.0).max(0.0) + p.bad());
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,165 @@
+//! Support vector machines.
+
+use super::case::{Case, Effort, Random};
+use crate::commands::machine::shipped;
+use anyhow::Context;
+use sparing_adaptive::features::FeatureMatrix;
+use sparing_svm::evaluator::Evaluator;
+use sparing_svm::{Kernel, Model, SvmType};
+
+const AREA: &str = "Support vector machines";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        area: AREA,
+        name: "bounds-hold",
+        does: "Fast values against the f64 model, gamma 1e-12 to 1e12, coefficients that cancel to four and eight digits, queries in \
+               and far outside of the vectors: error over the bound that comes with the value.",
+        unit: "times the bound",
+        bound: 1.0,
+        measure: bounds,
+    },
+    Case {
+        area: AREA,
+        name: "signs-on-the-boundary",
+        does: "Queries that bisection put on the decision boundary, to the last bit of a feature: signs that differ from the f64 \
+               model's.",
+        unit: "signs",
+        bound: 0.0,
+        measure: signs,
+    },
+    Case {
+        area: AREA,
+        name: "denormal-kernels",
+        does: "Queries so far away that kernel values are denormal or 0: values not finite, or beyond the sum of coefficients.",
+        unit: "values",
+        bound: 0.0,
+        measure: |_| far(),
+    },
+    Case {
+        area: AREA,
+        name: "shipped-model-out-of-range",
+        does: "The model in the program with features of +-1e300 and 0: decision values that are not finite.",
+        unit: "values",
+        bound: 0.0,
+        measure: |_| shipped_far(),
+    },
+];
+
+const FEATURES: usize = 12;
+
+/// A machine of random vectors; the coefficients of both classes nearly cancel to `digits` digits.
+fn model(random: &mut Random, gamma: f64, digits: i32) -> anyhow::Result<Model> {
+    let half = 100;
+    let vectors: Vec<f64> = (0..2 * half * FEATURES).map(|_| random.between(-4.0, 4.0)).collect();
+    let mut coefficients: Vec<f64> = (0..half).map(|_| random.between(0.1, 1.0)).collect();
+    let opposite: Vec<f64> =
+        coefficients.iter().map(|c| -c * (1.0 + 10_f64.powi(-digits) * random.between(-1.0, 1.0))).collect();
+    coefficients.extend(opposite);
+    let model = Model {
+        svm_type: SvmType::CSvc,
+        kernel: Kernel::Rbf { gamma },
+        labels: vec![1, -1],
+        class_counts: vec![half, half],
+        rho: vec![0.0],
+        prob_a: Vec::new(),
+        prob_b: Vec::new(),
+        prob_density_marks: Vec::new(),
+        features: FEATURES,
+        support_vectors: vectors,
+        coefficients: vec![coefficients],
+    };
+    let origin = value(&model, &[0.0; FEATURES]);
+    Ok(Model { rho: vec![origin], ..model })
+}
+
+fn value(model: &Model, query: &[f64]) -> f64 {
+    let mut out = [0.0];
+    model.decision_values(query, &mut out);
+    out[0]
+}
+
+fn bounds(effort: Effort) -> anyhow::Result<f64> {
+    let mut random = Random::new(11);
+    let mut worst: f64 = 0.0;
+    for exponent in -12..=12 {
+        for digits in [0, 4, 8] {
+            let model = model(&mut random, 10_f64.powi(exponent), digits)?;
+            let evaluator = Evaluator::new(&model)?;
+            let n = effort.of(64, 2048);
+            let mut queries = Vec::new();
+            for k in 0..n {
+                let reach = 10_f64.powi(k % 7 - 3);
+                let near = &model.support_vector(k as usize % model.len())[..];
+                queries.extend(near.iter().map(|v| v + reach * random.between(-1.0, 1.0)));
+            }
+            let (mut values, mut limits) = (vec![0.0; n as usize], vec![0.0; n as usize]);
+            evaluator.decision_values_with_bounds(&queries, &mut values, &mut limits);
+            for ((query, found), limit) in queries.chunks(FEATURES).zip(values).zip(limits) {
+                let error = (found - value(&model, query)).abs();
+                worst = worst.max(if error == 0.0 { 0.0 } else { error / limit });
+            }
+        }
+    }
+    Ok(worst)
+}
+
+fn signs(effort: Effort) -> anyhow::Result<f64> {
+    let mut random = Random::new(12);
+    let mut wrong = 0;
+    for exponent in [-3, -2, -1, 0, 1] {
+        let model = model(&mut random, 10_f64.powi(exponent), 0)?;
+        let evaluator = Evaluator::new(&model)?;
+        let mut queries = Vec::new();
+        for _ in 0..effort.of(200, 20_000) {
+            let point = |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
+            let (mut a, mut b) = (point(&mut random), point(&mut random));
+            if (value(&model, &a) > 0.0) == (value(&model, &b) > 0.0) {
+                continue;
+            }
+            for _ in 0..60 {
+                let middle: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+                let same = (value(&model, &middle) > 0.0) == (value(&model, &a) > 0.0);
+                *(if same { &mut a } else { &mut b }) = middle;
+            }
+            queries.extend(a.into_iter().chain(b));
+        }
+        let mut decisions = vec![0.0; queries.len() / FEATURES];
+        evaluator.decide(&queries, &mut decisions);
+        for (query, found) in queries.chunks(FEATURES).zip(decisions) {
+            wrong += u32::from((found > 0.0) != (value(&model, query) > 0.0));
+        }
+    }
+    Ok(f64::from(wrong))
+}
+
+fn far() -> anyhow::Result<f64> {
+    let mut random = Random::new(13);
+    let model = model(&mut random, 1.0, 0)?;
+    let evaluator = Evaluator::new(&model)?;
+    let most: f64 = model.coefficients[0].iter().map(|c| c.abs()).sum::<f64>() + model.rho[0].abs();
+    let mut wrong = 0;
+    for k in 0..4000 {
+        let distance = 2.0 + 0.01 * f64::from(k);
+        let query: Vec<f64> = (0..FEATURES).map(|i| if i == 0 { distance } else { 0.1 }).collect();
+        let mut found = [0.0];
+        evaluator.decision_values(&query, &mut found);
+        wrong += u32::from(!found[0].is_finite() || found[0].abs() > most * (1.0 + 1e-6));
+    }
+    Ok(f64::from(wrong))
+}
+
+fn shipped_far() -> anyhow::Result<f64> {
+    let machine = shipped().context("the model in the program")?;
+    let n = machine.features().len();
+    let mut wrong = 0;
+    for value in [0.0, 1e-300, 1e6, -1e6, 1e300, -1e300] {
+        for column in 0..n {
+            let mut values = vec![0.5; n];
+            values[column] = value;
+            let decided = machine.decide(FeatureMatrix { features: n, values });
+            wrong += decided.iter().filter(|v| !v.is_finite()).count();
+        }
+    }
+    Ok(wrong as f64)
+}
