@@ -26,12 +26,8 @@ fn rows_merge_to_the_picture_bit_for_bit() {
         "render @cornell-box.pbrt --size 50x77 --crop 3,5,44,70 --spp 8 --progress none".to_owned(),
         "render @tests/small-light.pbrt --size 40x60 --policy shapes --max-spp 32 --progress none".to_owned(),
         format!("render @tests/small-light.pbrt --size 48x160 --policy threshold --progress none {exposed}"),
-        format!(
-            "render @cornell-box.pbrt --size 96x96 --policy svm --layers --progress none {exposed}"
-        ),
-        format!(
-            "render @cornell-box.pbrt --size 70x66 --policy svm --unbiased --progress none {exposed}"
-        ),
+        format!("render @cornell-box.pbrt --size 96x96 --policy svm --layers --progress none {exposed}"),
+        format!("render @cornell-box.pbrt --size 70x66 --policy svm --unbiased --progress none {exposed}"),
     ] {
         let f = folder();
         ok(f.path(), &format!("{line} -o whole.exr"));
@@ -42,10 +38,7 @@ fn rows_merge_to_the_picture_bit_for_bit() {
         if line.contains("svm") {
             let n = whole.channel("SampleCount.Y");
             let spread = |r: std::ops::Range<usize>| n[r].iter().any(|v| *v != n[0]);
-            assert!(
-                spread(0..n.len() / 3) && spread(n.len() / 2..n.len()),
-                "{line}: {:?}", &n[..64]
-            );
+            assert!(spread(0..n.len() / 3) && spread(n.len() / 2..n.len()), "{line}: {:?}", &n[..64]);
         }
     }
 }

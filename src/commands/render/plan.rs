@@ -22,6 +22,8 @@ pub(super) struct Plan {
     pub(super) choice: Choice,
     pub(super) film: FilmOptions,
     pub(super) settings: RenderSettings,
+    /// A pixel's bytes besides the film.
+    bytes_beside: u64,
     pub(super) camera: Vec<(String, ExrAttribute)>,
 }
 
@@ -70,6 +72,8 @@ impl Plan {
                 shapes: a.layers || choice.policy().film_options().shapes,
                 luminance: choice.policy().film_options().luminance,
             },
+            bytes_beside: LAYER_BYTES
+                + if a.checkpoint.is_some() || a.shard.is_some() { STATE_BYTES } else { 0 },
             choice,
             settings,
             camera: camera_attributes(d),
@@ -79,6 +83,8 @@ impl Plan {
 
 /// Layers of a picture and their copies while it is written, bytes a pixel: never below what is measured.
 const LAYER_BYTES: u64 = 128;
+/// Channels of a checkpoint or a part while it is written.
+const STATE_BYTES: u64 = 320;
 
 impl Plan {
     /// Whether the film and the pictures made of it fit into memory: an error now, not a kill in an hour.
@@ -88,7 +94,7 @@ impl Plan {
         let tiles = (x1.div_ceil(tile) - x0 / tile) * (y1.div_ceil(tile) - y0 / tile);
         let film = tiles * Film::new([TILE, TILE], [0, 0, TILE, TILE], self.film).bytes();
         let what = format!("a picture of {}x{}", x1 - x0, y1 - y0);
-        memory::check(&what, film + (x1 - x0) * (y1 - y0) * LAYER_BYTES).map_err(anyhow::Error::msg)
+        memory::check(&what, film + (x1 - x0) * (y1 - y0) * self.bytes_beside).map_err(anyhow::Error::msg)
     }
 }
 

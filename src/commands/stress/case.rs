@@ -58,7 +58,9 @@ impl Outcome {
     /// What was measured, with its bound.
     pub(super) fn measured(&self) -> String {
         match &self.result {
-            Ok(value) => format!("{}, at most {} ({})", number(*value), number(self.case.bound), self.case.unit),
+            Ok(value) => {
+                format!("{}, at most {} ({})", number(*value), number(self.case.bound), self.case.unit)
+            }
             Err(error) => error.clone(),
         }
     }

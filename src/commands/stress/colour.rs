@@ -1,7 +1,9 @@
 //! Colours and figures of error.
 
 use super::case::{Case, Effort, Random};
-use sparing_image::color::{auto_exposure, ciede2000, fast, lab_to_xyz, rgb_to_lab, srgb_decode, srgb_encode, xyz_to_lab};
+use sparing_image::color::{
+    auto_exposure, ciede2000, fast, lab_to_xyz, rgb_to_lab, srgb_decode, srgb_encode, xyz_to_lab,
+};
 use sparing_image::metrics::{Exposure, compare};
 
 const AREA: &str = "Colour and figures of error";
@@ -173,7 +175,8 @@ fn srgb() -> f64 {
 fn pictures() -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let mut random = Random::new(34);
     let reference: Vec<[f32; 3]> = (0..32 * 32).map(|_| [0; 3].map(|_| random.uniform() as f32)).collect();
-    let image = reference.iter().map(|p| p.map(|v| v * (1.0 + 0.1 * random.between(-1.0, 1.0) as f32))).collect();
+    let image =
+        reference.iter().map(|p| p.map(|v| v * (1.0 + 0.1 * random.between(-1.0, 1.0) as f32))).collect();
     (image, reference)
 }
 

@@ -13,7 +13,7 @@ mod svm;
 
 use crate::session::console::note;
 use anyhow::bail;
-use case::{Case, Effort, Outcome};
+use case::{Case, Effort};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;

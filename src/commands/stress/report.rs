@@ -9,7 +9,8 @@ use std::path::Path;
 
 /// Writes both tables.
 pub(super) fn write(folder: &Path, outcomes: &[Outcome], effort: Effort) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let mut page = String::from("# Numerical stability\n\n");
     let form = effort.of("sparing stress --quick", "sparing stress");
     let _ = writeln!(

@@ -150,7 +150,8 @@ fn over_pixels(pair: impl Fn(u32, u32) -> [PixelSampler; 2]) -> f64 {
 fn seeds() -> f64 {
     let mut worst: f64 = 0.0;
     for [a, b] in [[0, 1], [1, 2], [7, 1 << 32 | 7], [0, u64::MAX]] {
-        worst = worst.max(over_pixels(|x, y| [a, b].map(|seed| PixelSampler::new(SamplerKind::Sobol, seed, x, y))));
+        worst = worst
+            .max(over_pixels(|x, y| [a, b].map(|seed| PixelSampler::new(SamplerKind::Sobol, seed, x, y))));
     }
     worst
 }

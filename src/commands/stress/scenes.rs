@@ -33,6 +33,16 @@ impl Picture {
         self.pixels.iter().flatten().filter(bad).count() as f64 + self.invalid as f64
     }
 
+    /// How far the mean is from the surroundings, which shine with 1, and what is bad. Single pixels have noise.
+    pub(super) fn off_white(&self) -> f64 {
+        (self.mean() - 1.0).abs() + self.bad()
+    }
+
+    /// By how much the mean is above the surroundings, and what is bad.
+    pub(super) fn excess(&self) -> f64 {
+        (self.mean() - 1.0).max(0.0) + self.bad()
+    }
+
     /// Pixels that are not black.
     pub(super) fn lit(&self) -> f64 {
         self.pixels.iter().filter(|p| p.iter().any(|v| *v > 0.0)).count() as f64

@@ -112,7 +112,8 @@ fn signs(effort: Effort) -> anyhow::Result<f64> {
         let evaluator = Evaluator::new(&model)?;
         let mut queries = Vec::new();
         for _ in 0..effort.of(200, 20_000) {
-            let point = |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
+            let point =
+                |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
             let (mut a, mut b) = (point(&mut random), point(&mut random));
             if (value(&model, &a) > 0.0) == (value(&model, &b) > 0.0) {
                 continue;
