@@ -19,9 +19,12 @@ folder=$(mktemp -d)
 host=$(hostname -s)
 finish() {
     for name in slurmd slurmctld munged; do
-        [ -f "$folder/$name.pid" ] && kill "$(cat "$folder/$name.pid")" 2>/dev/null
+        [ -f "$folder/$name.pid" ] || continue
+        pid=$(cat "$folder/$name.pid")
+        kill "$pid" 2>/dev/null || true
+        # They write their state before they go.
+        for _ in $(seq 50); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
     done
-    wait
     rm -rf "$folder"
 }
 trap finish EXIT
@@ -73,7 +76,7 @@ done
 sinfo
 
 scene=$PWD/scenes/cornell-box.pbrt
-options="--size 256x256 --spp 2000"
+options="--size 192x192 --spp 800"
 # shellcheck disable=SC2086
 set -- $(contrib/slurm/submit.sh 4 "$folder/picture.exr" "$scene" $options)
 array=$1 merge=$2
