@@ -5,6 +5,7 @@ mod info;
 mod machine;
 mod options;
 mod render;
+mod sandbox;
 mod study;
 mod tradeoff;
 mod train;

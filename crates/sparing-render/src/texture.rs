@@ -1,10 +1,13 @@
 //! Textures, compiled: constants folded, pictures decoded once.
 
-use glam::Vec3;
+use crate::noise;
+use glam::{Affine3A, Vec3};
 use sparing_image::picture::{Picture, PictureError, Pixels};
 use sparing_scene::description::{
-    self as d, ColorInput, FloatInput, ImageSource, TextureEncoding, UvMapping, Wrap,
+    self as d, ColorInput, FloatInput, ImageSource, Noise, ScalarFunction, TextureEncoding,
+    TextureProjection, UvMapping, Wrap,
 };
+use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
 /// A colour parameter after compilation.
@@ -32,6 +35,32 @@ enum Node {
     Checkerboard { mapping: UvMapping, even: Color, odd: Color },
     Scale { a: Color, b: Color },
     Mix { a: Color, b: Color, amount: Scalar },
+    Function { input: Scalar, function: ScalarFunction },
+    Projected { projection: TextureProjection, from_world: Affine3A, input: Color },
+    Cubes { from_world: Affine3A, even: Color, odd: Color },
+    Dots { mapping: UvMapping, inside: Color, outside: Color },
+    Noise { from_world: Affine3A, noise: Noise },
+    DirectionMix { direction: Vec3, a: Color, b: Color },
+    Bilinear { mapping: UvMapping, corners: [Vec3; 4] },
+    Coordinates { mapping: UvMapping },
+}
+
+/// Where a texture is looked up. Most textures want `uv` only.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TexturePoint {
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Position in world space.
+    pub p: Vec3,
+    /// Geometric normal in world space.
+    pub n: Vec3,
+}
+
+impl From<[f32; 2]> for TexturePoint {
+    /// Texture coordinates without a place: light samples and cut-outs know no more.
+    fn from(uv: [f32; 2]) -> Self {
+        Self { uv, p: Vec3::ZERO, n: Vec3::ZERO }
+    }
 }
 
 /// A decoded picture with the meaning of its numbers.
@@ -200,6 +229,26 @@ impl TextureTable {
                 (Color::Constant(a), Color::Constant(b), Scalar::Constant(t)) => Node::Constant(a.lerp(b, t)),
                 (a, b, amount) => Node::Mix { a, b, amount },
             },
+            d::Texture::Function { input, function } => match self.scalar(input) {
+                Scalar::Constant(v) => Node::Constant(Vec3::splat(function.apply(v))),
+                input => Node::Function { input, function },
+            },
+            d::Texture::Projected { projection, from_world, input } => match self.color(input) {
+                Color::Constant(v) => Node::Constant(v),
+                input => Node::Projected { projection, from_world, input },
+            },
+            d::Texture::Cubes { from_world, even, odd } => {
+                Node::Cubes { from_world, even: self.color(even), odd: self.color(odd) }
+            }
+            d::Texture::Dots { mapping, inside, outside } => {
+                Node::Dots { mapping, inside: self.color(inside), outside: self.color(outside) }
+            }
+            d::Texture::Noise { from_world, noise } => Node::Noise { from_world, noise },
+            d::Texture::DirectionMix { direction, a, b } => {
+                Node::DirectionMix { direction, a: self.color(a), b: self.color(b) }
+            }
+            d::Texture::Bilinear { mapping, corners } => Node::Bilinear { mapping, corners },
+            d::Texture::Coordinates { mapping } => Node::Coordinates { mapping },
         }
     }
 
@@ -227,47 +276,80 @@ impl TextureTable {
         }
     }
 
-    /// Value of a colour parameter at texture coordinates.
+    /// Value of a colour parameter at a point.
     #[inline]
     #[must_use]
-    pub fn eval_color(&self, color: Color, uv: [f32; 2]) -> Vec3 {
+    pub fn eval_color(&self, color: Color, at: impl Into<TexturePoint>) -> Vec3 {
         match color {
             Color::Constant(v) => v,
-            Color::Texture(id) => self.eval(id, uv),
+            Color::Texture(id) => self.eval(id, &at.into()),
         }
     }
 
-    /// Value of a scalar parameter at texture coordinates: the mean of the channels.
+    /// Value of a scalar parameter at a point: the mean of the channels.
     #[inline]
     #[must_use]
-    pub fn eval_scalar(&self, scalar: Scalar, uv: [f32; 2]) -> f32 {
+    pub fn eval_scalar(&self, scalar: Scalar, at: impl Into<TexturePoint>) -> f32 {
         match scalar {
             Scalar::Constant(v) => v,
-            Scalar::Texture(id) => mean(self.eval(id, uv)),
+            Scalar::Texture(id) => mean(self.eval(id, &at.into())),
         }
     }
 
-    fn eval(&self, id: u32, uv: [f32; 2]) -> Vec3 {
+    fn eval(&self, id: u32, at: &TexturePoint) -> Vec3 {
         crate::counters::count(crate::counters::Counter::TextureLookup);
         match &self.nodes[id as usize] {
             Node::Constant(v) => *v,
             Node::Image { image, mapping, wrap, scale, invert } => {
                 let Some(image) = &self.images[*image as usize] else { return Vec3::ZERO };
-                let v = image.bilinear(map(mapping, uv), *wrap);
+                let v = image.bilinear(map(mapping, at.uv), *wrap);
                 let v = if *invert { Vec3::ONE - v } else { v };
                 v * *scale
             }
             Node::Checkerboard { mapping, even, odd } => {
-                let [u, v] = map(mapping, uv);
-                // Parity in floating point: no overflow at huge coordinates.
-                let parity = (u.floor() + v.floor()) * 0.5;
-                self.eval_color(if parity == parity.floor() { *even } else { *odd }, uv)
+                let [u, v] = map(mapping, at.uv);
+                let even_square = is_even(u.floor() + v.floor());
+                self.eval_color(if even_square { *even } else { *odd }, *at)
             }
-            Node::Scale { a, b } => self.eval_color(*a, uv) * self.eval_color(*b, uv),
+            Node::Scale { a, b } => self.eval_color(*a, *at) * self.eval_color(*b, *at),
             Node::Mix { a, b, amount } => {
-                let t = self.eval_scalar(*amount, uv);
-                self.eval_color(*a, uv) * (1.0 - t) + self.eval_color(*b, uv) * t
+                let t = self.eval_scalar(*amount, *at);
+                self.eval_color(*a, *at) * (1.0 - t) + self.eval_color(*b, *at) * t
             }
+            rare => self.eval_rare(rare, at),
+        }
+    }
+
+    /// The textures that few scenes have, kept out of the way of the others.
+    #[inline(never)]
+    fn eval_rare(&self, node: &Node, at: &TexturePoint) -> Vec3 {
+        match node {
+            Node::Function { input, function } => Vec3::splat(function.apply(self.eval_scalar(*input, *at))),
+            Node::Projected { projection, from_world, input } => {
+                let uv = project(*projection, from_world.transform_point3(at.p));
+                self.eval_color(*input, TexturePoint { uv, ..*at })
+            }
+            Node::Cubes { from_world, even, odd } => {
+                let p = from_world.transform_point3(at.p).floor();
+                self.eval_color(if is_even(p.x + p.y + p.z) { *even } else { *odd }, *at)
+            }
+            Node::Dots { mapping, inside, outside } => {
+                self.eval_color(if noise::in_dot(map(mapping, at.uv)) { *inside } else { *outside }, *at)
+            }
+            Node::Noise { from_world, noise } => noise::eval(*noise, from_world.transform_point3(at.p)),
+            Node::DirectionMix { direction, a, b } => {
+                let t = at.n.dot(*direction).abs();
+                self.eval_color(*a, *at) * t + self.eval_color(*b, *at) * (1.0 - t)
+            }
+            Node::Bilinear { mapping, corners: [v00, v01, v10, v11] } => {
+                let [u, v] = map(mapping, at.uv);
+                (*v00 * (1.0 - v) + *v01 * v) * (1.0 - u) + (*v10 * (1.0 - v) + *v11 * v) * u
+            }
+            Node::Coordinates { mapping } => {
+                let [u, v] = map(mapping, at.uv);
+                Vec3::new(u - u.floor(), v - v.floor(), 0.0)
+            }
+            _ => Vec3::ZERO, // the others are in `eval`
         }
     }
 
@@ -280,6 +362,28 @@ impl TextureTable {
 
 fn map(mapping: &UvMapping, uv: [f32; 2]) -> [f32; 2] {
     [uv[0] * mapping.scale[0] + mapping.offset[0], uv[1] * mapping.scale[1] + mapping.offset[1]]
+}
+
+/// Parity of a whole number in floating point: no overflow at huge coordinates.
+fn is_even(sum: f32) -> bool {
+    let half = sum * 0.5;
+    half == half.floor()
+}
+
+/// Texture coordinates of a position ("Physically Based Rendering", 4th edition, section 10.2).
+fn project(projection: TextureProjection, p: Vec3) -> [f32; 2] {
+    match projection {
+        TextureProjection::Spherical => {
+            let phi = p.y.atan2(p.x);
+            let phi = if phi < 0.0 { phi + 2.0 * PI } else { phi };
+            [p.x.hypot(p.y).atan2(p.z) * FRAC_1_PI, phi * 0.5 * FRAC_1_PI]
+        }
+        TextureProjection::Cylindrical { normalize } => {
+            let v = if normalize { p.normalize_or_zero().z } else { p.z };
+            [(PI + p.y.atan2(p.x)) * 0.5 * FRAC_1_PI, v]
+        }
+        TextureProjection::Planar { u, v, offset } => [offset[0] + p.dot(u), offset[1] + p.dot(v)],
+    }
 }
 
 fn mean(v: Vec3) -> f32 {
@@ -347,5 +451,49 @@ mod tests {
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [1.5, 0.5]), 2.0);
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, 0.5]), 2.0);
         assert_eq!(t.eval_scalar(Scalar::Texture(2), [-0.5, -3.5]), 2.0);
+    }
+
+    /// One texture on its own.
+    fn single(texture: d::Texture) -> (TextureTable, Color) {
+        let t = TextureTable::new(&[texture], vec![]);
+        let color = t.color(ColorInput::Texture(d::TextureId(0)));
+        (t, color)
+    }
+
+    #[test]
+    fn functions_of_the_position() {
+        let at = |p: Vec3| TexturePoint { uv: [0.3, 0.4], p, n: Vec3::new(0.6, 0.8, 0.0) };
+        let (one, two) = (ColorInput::Constant(Vec3::ONE), ColorInput::Constant(Vec3::splat(2.0)));
+        let from_world = Affine3A::from_scale(Vec3::splat(2.0));
+        let (t, cubes) = single(d::Texture::Cubes { from_world, even: one, odd: two });
+        // In the space of the cubes: (0.2, 0.2, 0.2), (1.2, 0.2, 0.2), (-0.2, 0.2, 0.2), (1.2, 1.2, -0.2).
+        for (p, value) in
+            [([0.1, 0.1, 0.1], 1.0), ([0.6, 0.1, 0.1], 2.0), ([-0.1, 0.1, 0.1], 2.0), ([0.6, 0.6, -0.1], 2.0)]
+        {
+            assert_eq!(t.eval_color(cubes, at(p.into())).x, value, "{p:?}");
+        }
+        let (t, mix) = single(d::Texture::DirectionMix { direction: Vec3::X, a: one, b: two });
+        assert!((t.eval_color(mix, at(Vec3::ZERO)).x - (0.6 + 0.4 * 2.0)).abs() < 1e-6);
+        let mapping = UvMapping { scale: [2.0, 1.0], offset: [0.0, 0.1] };
+        let (t, uv) = single(d::Texture::Coordinates { mapping });
+        assert!(t.eval_color(uv, [0.7, 0.4]).abs_diff_eq(Vec3::new(0.4, 0.5, 0.0), 1e-6));
+        let corners = [0.0, 1.0, 2.0, 3.0].map(Vec3::splat);
+        let (t, patch) = single(d::Texture::Bilinear { mapping: UvMapping::default(), corners });
+        // (u, v) = (1, 0) is the third corner, and u counts double.
+        assert_eq!(t.eval_color(patch, [1.0, 0.0]).x, 2.0);
+        assert!((t.eval_color(patch, [0.25, 0.5]).x - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn projections() {
+        let close = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
+        let p = Vec3::new(0.0, 2.0, 0.0);
+        assert!(close(project(TextureProjection::Spherical, p), [0.5, 0.25]));
+        assert!(close(project(TextureProjection::Spherical, Vec3::new(1.0, -1.0, 0.0)), [0.5, 0.875]));
+        let tall = Vec3::new(0.0, 3.0, 4.0);
+        assert!(close(project(TextureProjection::Cylindrical { normalize: false }, tall), [0.75, 4.0]));
+        assert!(close(project(TextureProjection::Cylindrical { normalize: true }, tall), [0.75, 0.8]));
+        let plane = TextureProjection::Planar { u: Vec3::Y, v: Vec3::Z * 2.0, offset: [0.5, -1.0] };
+        assert!(close(project(plane, tall), [3.5, 7.0]));
     }
 }

@@ -4,7 +4,8 @@
 use glam::Vec3;
 use sparing_render::materials::microfacet::Ggx;
 use sparing_render::materials::{
-    Bsdf, CoatTable, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+    Bsdf, CoatTable, CoatedConductor, Conductor, Dielectric, Diffuse, DiffuseTransmission, Mirror, OrenNayar,
+    Substrate, ThinDielectric, Uber,
 };
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 
@@ -47,6 +48,12 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
         check("diffuse transmission", Bsdf::DiffuseTransmission(leaf), 1.0, 0.99);
         check("thin dielectric", Bsdf::ThinDielectric(ThinDielectric { eta: 1.5 }), 1.0, 0.9999);
         check("interface", Bsdf::Interface, 1.0, 1.0);
+        check("mirror", Bsdf::Mirror(Mirror { reflectance: Vec3::ONE }), 1.0, 1.0);
+        for sigma in [0.0, 20.0, 60.0] {
+            // Grooves lose light between them at normal incidence, and show their lit sides at grazing angles.
+            let lower = if sigma == 0.0 { 0.9999 } else { 0.6 };
+            check("Oren-Nayar", Bsdf::OrenNayar(OrenNayar::new(Vec3::ONE, sigma)), 1.0, lower);
+        }
         for ggx in alphas() {
             // Light that meets a second facet is lost, as in pbrt: up to ln 2 of it at alpha 1 (see below).
             let smooth = ggx.is_smooth();
@@ -61,6 +68,29 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
                     eta * eta,
                     if smooth || eta == 1.0 { 0.9998 } else { 0.25 },
                 );
+            }
+            // Kd, Ks, Kr and Kt that add up to 1 where the dielectric reflects or refracts all.
+            let (half, black) = (Vec3::splat(0.5), Vec3::ZERO);
+            for eta in [1.5f32, 1.0 / 1.5] {
+                let clear = Uber {
+                    diffuse: black,
+                    specular: black,
+                    mirror: Vec3::ONE,
+                    transmission: Vec3::ONE,
+                    eta,
+                    ggx,
+                };
+                check("clear uber", Bsdf::Uber(clear), eta * eta, 0.9998);
+                let glossy =
+                    Uber { diffuse: half, specular: half, mirror: black, transmission: black, eta, ggx };
+                check("glossy uber", Bsdf::Uber(glossy), 1.0, 0.4);
+            }
+            let substrate = Substrate { diffuse: Vec3::splat(0.9), specular: Vec3::splat(0.04), ggx };
+            check("substrate", Bsdf::Substrate(substrate), 1.0, 0.15);
+            for coat_ggx in alphas() {
+                let lacquer = CoatedConductor { coat_eta: 1.5, coat: coat_ggx, eta: Vec3::ONE, k, ggx };
+                let both = smooth && coat_ggx.is_smooth();
+                check("lacquer", Bsdf::CoatedConductor(lacquer), 1.0, if both { 0.99 } else { 0.1 });
             }
             let plastic = coat.coat(Vec3::ONE, ggx);
             // The coat's table is of isotropic lobes, and coarse at grazing angles.
@@ -84,6 +114,23 @@ fn materials_are_reciprocal() {
             Bsdf::CoatedDiffuse(plastic),
             Bsdf::Conductor(metal),
             Bsdf::Dielectric(Dielectric { eta: 1.5, tint: Vec3::ONE, ggx: *ggx }),
+            Bsdf::OrenNayar(OrenNayar::new(Vec3::splat(0.5), 25.0)),
+            Bsdf::Uber(Uber {
+                diffuse: Vec3::splat(0.3),
+                specular: Vec3::splat(0.4),
+                mirror: Vec3::splat(0.1),
+                transmission: Vec3::splat(0.1),
+                eta: 1.5,
+                ggx: *ggx,
+            }),
+            Bsdf::Substrate(Substrate { diffuse: Vec3::splat(0.3), specular: Vec3::splat(0.2), ggx: *ggx }),
+            Bsdf::CoatedConductor(CoatedConductor {
+                coat_eta: 1.5,
+                coat: Ggx::new(0.3, 0.3),
+                eta: Vec3::splat(0.3),
+                k: Vec3::splat(2.0),
+                ggx: *ggx,
+            }),
         ] {
             for a in &up {
                 for b in &up {

@@ -39,8 +39,12 @@ pub fn load(path: &Path) -> Result<SceneDescription, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription, SceneError> {
+    let options = &options.with_folder(path.parent().unwrap_or(Path::new("")));
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let stem = path.file_stem().map(Path::new).and_then(Path::extension);
+    let compressed = extension == "gz" && stem.is_some_and(|inner| inner.eq_ignore_ascii_case("pbrt"));
     let scene = match extension.as_str() {
+        "gz" if compressed => pbrt::load(path, options)?,
         "pbrt" => pbrt::load(path, options)?,
         "obj" => obj::load(path, options)?,
         "" => {
@@ -53,8 +57,17 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
             return Err(error.in_file(path).help(SUPPORTED));
         }
     };
+    check_pictures(&scene, options).map_err(|error| error.in_file(path))?;
     scene.validate().map_err(|error| error.in_file(path))?;
     Ok(scene)
+}
+
+/// Pictures are decoded later, by the renderer: here they are held to the folders that may be read.
+fn check_pictures(scene: &SceneDescription, options: &LoadOptions) -> Result<(), SceneError> {
+    scene.images.iter().try_for_each(|image| match &image.source {
+        description::ImageSource::File(path) => source::check_folder(path, options),
+        description::ImageSource::Bytes { .. } => Ok(()),
+    })
 }
 
 /// Loads pbrt text that is not in a file; `base` is the folder that file names in it are relative to.
@@ -66,6 +79,7 @@ pub fn load_pbrt_text(
     base: &Path,
     options: &LoadOptions,
 ) -> Result<SceneDescription, SceneError> {
+    let options = &options.with_folder(base);
     let scene = pbrt::load_text("text", text, base, options)?;
     scene.validate()?;
     Ok(scene)

@@ -5,6 +5,7 @@ use sparing_scene::{ErrorKind, LoadOptions, load_pbrt_text, load_with};
 use std::path::Path;
 
 const VALID: &str = include_str!("fixtures/everything.pbrt");
+const OLDER: &str = include_str!("fixtures/older.pbrt");
 
 fn limits() -> LoadOptions {
     LoadOptions { max_values: 1000, max_entities: 1000, max_nesting: 20, ..LoadOptions::default() }
@@ -31,11 +32,16 @@ fn the_valid_scene_is_valid() {
     let scene =
         load_pbrt_text(VALID.as_bytes(), Path::new("tests/fixtures"), &LoadOptions::default()).unwrap();
     assert_eq!(scene.warnings, Vec::<String>::new());
+    let older =
+        load_pbrt_text(OLDER.as_bytes(), Path::new("tests/fixtures"), &LoadOptions::default()).unwrap();
+    assert_eq!(older.warnings, Vec::<String>::new());
 }
 
 /// Words that a scene is made of, for texts that get further than random bytes.
 fn words() -> impl Strategy<Value = String> {
-    let word = prop::sample::select(VALID.split_ascii_whitespace().collect::<Vec<_>>());
+    let word = prop::sample::select(
+        VALID.split_ascii_whitespace().chain(OLDER.split_ascii_whitespace()).collect::<Vec<_>>(),
+    );
     prop::collection::vec(word, 0..60).prop_map(|words| words.join(" "))
 }
 
@@ -85,9 +91,10 @@ proptest! {
 
     #[test]
     fn mutated_scenes(
-        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..3), 1..8)
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..3), 1..8),
+        older in any::<bool>(),
     ) {
-        let mut bytes = VALID.as_bytes().to_vec();
+        let mut bytes = if older { OLDER } else { VALID }.as_bytes().to_vec();
         for (at, value, kind) in edits {
             if bytes.is_empty() {
                 break;

@@ -116,3 +116,18 @@ fn names_are_quoted_and_made_unique() {
     let names: Vec<&str> = back.materials.iter().take(5).map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["material 0", "a\"", "a\" 2", "back\\slash\\", "two lines"]);
 }
+
+/// What only older versions have names for, and every class of textures and lights.
+#[test]
+fn fixtures_read_back_the_same() {
+    for name in ["everything.pbrt", "older.pbrt"] {
+        let scene = sparing_scene::load(&Path::new("tests/fixtures").join(name)).expect("it loads");
+        let folder = tempfile::tempdir().expect("a folder");
+        let back = written(&scene, folder.path(), name);
+        assert_eq!(back.materials.len(), scene.materials.len());
+        assert_eq!(back.textures.len(), scene.textures.len());
+        assert_eq!(back.lights.len(), scene.lights.len());
+        let again = written(&back, folder.path(), "again.pbrt");
+        assert_same(&back, &again);
+    }
+}

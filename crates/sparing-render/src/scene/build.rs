@@ -140,8 +140,13 @@ fn decode(description: &SceneDescription) -> Result<Vec<Option<Image>>, BuildErr
         }
     }
     for light in &description.lights {
-        if let d::Light::Environment { image: Some(image), .. } = light {
-            mark(image);
+        match light {
+            d::Light::Environment { image: Some(map), .. } => mark(&map.image),
+            d::Light::Goniometric { image: Some(image), .. }
+            | d::Light::Projection { image: Some(image), .. } => {
+                mark(image);
+            }
+            _ => {}
         }
     }
     let images: Result<Vec<_>, _> = description

@@ -8,6 +8,7 @@
 use super::{InstanceRecord, Scene};
 use crate::counters::{Counter, count};
 use crate::needs::Needs;
+use crate::texture::TexturePoint;
 use embree4::SharedBuffer;
 use glam::{Affine3A, Mat3A, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -153,6 +154,13 @@ impl SurfacePoint {
         dpdv: Vec3::ZERO,
         offset: 0.0,
     };
+
+    /// Where textures are looked up.
+    #[inline]
+    #[must_use]
+    pub fn texture_point(&self) -> TexturePoint {
+        TexturePoint { uv: self.uv, p: self.p, n: self.ng }
+    }
 
     /// Where a ray along `w` starts: on its side of the surface.
     #[inline]

@@ -100,4 +100,51 @@ pub enum MaterialKind {
     },
     /// No surface at all: light passes unchanged.
     Interface,
+    /// Rough matte (M. Oren and S. Nayar 1994).
+    OrenNayar {
+        /// Albedo.
+        reflectance: ColorInput,
+        /// Standard deviation of the slope angle, degrees.
+        sigma: FloatInput,
+    },
+    /// Reflects the same share at every angle.
+    Mirror {
+        /// Share.
+        reflectance: ColorInput,
+    },
+    /// Lobes that are added up, as `plastic` and `uber` of older pbrt versions do it.
+    Uber {
+        /// Albedo of the matte part.
+        diffuse: ColorInput,
+        /// Factor on the glossy part.
+        specular: ColorInput,
+        /// Factor on mirror reflection.
+        mirror: ColorInput,
+        /// Factor on clear refraction.
+        transmission: ColorInput,
+        /// Microfacets of the glossy part.
+        roughness: Roughness,
+        /// Index of refraction inside over outside.
+        eta: f32,
+    },
+    /// Matte under a glossy layer (M. Ashikhmin and P. Shirley 2000).
+    Substrate {
+        /// Albedo of the base.
+        diffuse: ColorInput,
+        /// Reflectance of the layer at normal incidence.
+        specular: ColorInput,
+        /// Microfacets of the layer.
+        roughness: Roughness,
+    },
+    /// Metal under a dielectric coat.
+    CoatedConductor {
+        /// The metal; indices are against vacuum.
+        conductor: Conductor,
+        /// Microfacets of the metal.
+        roughness: Roughness,
+        /// Index of refraction of the coat.
+        eta: f32,
+        /// Microfacets of the coat.
+        coat_roughness: Roughness,
+    },
 }

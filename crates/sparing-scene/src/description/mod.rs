@@ -7,6 +7,7 @@ mod bounds;
 mod camera;
 mod light;
 mod material;
+mod procedural;
 mod shape;
 mod texture;
 mod validate;
@@ -14,8 +15,9 @@ mod validate;
 pub use camera::{
     Camera, FilmSettings, IntegratorSettings, PixelFilter, Projection, SamplerKind, SamplerSettings,
 };
-pub use light::Light;
+pub use light::{EnvironmentImage, Light, SphereMapping};
 pub use material::{Conductor, Material, MaterialKind, Roughness};
+pub use procedural::{Noise, Projection as TextureProjection, ScalarFunction};
 pub use shape::{Emission, Geometry, Instance, ObjectDefinition, QuadMesh, Shape, TriangleMesh};
 pub use texture::{ColorInput, FloatInput, Image, ImageSource, Texture, TextureEncoding, UvMapping, Wrap};
 

@@ -1,7 +1,8 @@
 //! Textures and the inputs that they feed.
 
+use super::procedural::{Noise, Projection, ScalarFunction};
 use super::{ImageId, TextureId};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -134,5 +135,67 @@ pub enum Texture {
         b: ColorInput,
         /// Share of b.
         amount: FloatInput,
+    },
+    /// A number put through a function.
+    Function {
+        /// What goes in.
+        input: FloatInput,
+        /// The function.
+        function: ScalarFunction,
+    },
+    /// A texture whose coordinates come from the position.
+    Projected {
+        /// How.
+        projection: Projection,
+        /// From world space to the space of the projection.
+        from_world: Affine3A,
+        /// What is looked up there.
+        input: ColorInput,
+    },
+    /// Alternating unit cubes.
+    Cubes {
+        /// From world space to that of the cubes.
+        from_world: Affine3A,
+        /// Even cubes.
+        even: ColorInput,
+        /// Odd cubes.
+        odd: ColorInput,
+    },
+    /// Round dots at random in half of the unit squares.
+    Dots {
+        /// Coordinates.
+        mapping: UvMapping,
+        /// In the dots.
+        inside: ColorInput,
+        /// Between them.
+        outside: ColorInput,
+    },
+    /// A function of the position made of noise.
+    Noise {
+        /// From world space to that of the noise.
+        from_world: Affine3A,
+        /// Which function.
+        noise: Noise,
+    },
+    /// By the angle between the normal and a direction: |cos| of the first, the rest of the second.
+    DirectionMix {
+        /// Unit direction in world space.
+        direction: Vec3,
+        /// Along the direction.
+        a: ColorInput,
+        /// Across it.
+        b: ColorInput,
+    },
+    /// Bilinear between four corners of the unit square.
+    Bilinear {
+        /// Coordinates.
+        mapping: UvMapping,
+        /// At (0, 0), (0, 1), (1, 0), (1, 1).
+        corners: [Vec3; 4],
+    },
+    /// The fractions of u and v as red and green.
+    Coordinates {
+        /// Coordinates.
+        mapping: UvMapping,
     },
 }

@@ -8,6 +8,8 @@ use crate::error::{ErrorKind, SceneError};
 
 /// Texture nodes that one lookup may visit.
 const MAX_LOOKUPS: u64 = 256;
+/// Octaves of noise in one texture.
+const MAX_OCTAVES: u32 = 64;
 /// Mixes of mixes.
 const MAX_MIXES: u32 = 16;
 
@@ -99,6 +101,19 @@ impl SceneDescription {
                 self.color(*b, index)?;
                 self.float(*amount, index)
             }
+            Texture::Projected { from_world, .. } | Texture::Cubes { from_world, .. }
+                if !from_world.is_finite() =>
+            {
+                Err("its mapping is not finite".to_owned())
+            }
+            Texture::Noise { from_world, noise } => {
+                let octaves = noise.octaves();
+                if octaves > MAX_OCTAVES {
+                    return Err(format!("{octaves} octaves of noise, more than {MAX_OCTAVES}"));
+                }
+                if from_world.is_finite() { Ok(()) } else { Err("its mapping is not finite".to_owned()) }
+            }
+            other => other.inputs().into_iter().try_for_each(|input| self.color(input, index)),
         }
     }
 
@@ -146,6 +161,28 @@ impl SceneDescription {
                 self.float(*amount, all)
             }
             MaterialKind::Interface => Ok(()),
+            MaterialKind::OrenNayar { reflectance, sigma } => {
+                self.color(*reflectance, all).and_then(|()| self.float(*sigma, all))
+            }
+            MaterialKind::Mirror { reflectance } => self.color(*reflectance, all),
+            MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness, eta } => {
+                index_of_refraction(*eta)?;
+                rough(roughness)?;
+                [diffuse, specular, mirror, transmission].into_iter().try_for_each(|c| self.color(*c, all))
+            }
+            MaterialKind::Substrate { diffuse, specular, roughness } => {
+                rough(roughness)?;
+                self.color(*diffuse, all).and_then(|()| self.color(*specular, all))
+            }
+            MaterialKind::CoatedConductor { conductor, roughness, eta, coat_roughness } => {
+                index_of_refraction(*eta)?;
+                rough(roughness)?;
+                rough(coat_roughness)?;
+                match conductor {
+                    Conductor::EtaK { eta, k } => self.color(*eta, all).and_then(|()| self.color(*k, all)),
+                    Conductor::Reflectance(color) => self.color(*color, all),
+                }
+            }
         }
     }
 
@@ -155,14 +192,8 @@ impl SceneDescription {
         let mut lookups: Vec<u64> = Vec::with_capacity(self.textures.len());
         for (i, texture) in self.textures.iter().enumerate() {
             let of = |id: TextureId| lookups.get(id.0 as usize).copied().unwrap_or(0);
-            let color = |input: &ColorInput| if let ColorInput::Texture(id) = input { of(*id) } else { 0 };
-            let float = |input: &FloatInput| if let FloatInput::Texture(id) = input { of(*id) } else { 0 };
-            let nodes = 1 + match texture {
-                Texture::Constant(_) | Texture::Image { .. } => 0,
-                Texture::Checkerboard { even, odd, .. } => color(even) + color(odd),
-                Texture::Scale { a, b } => color(a) + color(b),
-                Texture::Mix { a, b, amount } => color(a) + color(b) + float(amount),
-            };
+            let color = |input: ColorInput| if let ColorInput::Texture(id) = input { of(id) } else { 0 };
+            let nodes = 1 + texture.inputs().into_iter().map(color).sum::<u64>();
             if nodes > MAX_LOOKUPS {
                 return Err(invalid(format!("texture {i}: it is made of more than {MAX_LOOKUPS} textures")));
             }
@@ -234,8 +265,17 @@ impl SceneDescription {
             }
             Light::Distant { direction, irradiance } => direction.is_finite() && irradiance.is_finite(),
             Light::Environment { radiance, image, light_to_world } => {
-                image.map_or(Ok(()), |id| self.image(id))?;
+                image.map_or(Ok(()), |map| self.image(map.image))?;
                 radiance.is_finite() && light_to_world.is_finite()
+            }
+            Light::Goniometric { position, intensity, image, light_to_world, .. } => {
+                image.map_or(Ok(()), |id| self.image(id))?;
+                position.is_finite() && intensity.is_finite() && light_to_world.is_finite()
+            }
+            Light::Projection { position, intensity, image, fov, light_to_world, .. } => {
+                image.map_or(Ok(()), |id| self.image(id))?;
+                let numbers = position.is_finite() && intensity.is_finite() && light_to_world.is_finite();
+                numbers && *fov > 0.0 && *fov < 180.0
             }
         };
         if finite { Ok(()) } else { Err("its numbers are out of range".to_owned()) }

@@ -10,13 +10,18 @@
 //! `dielectric`, and for pictures `"string wrap" "mirror"` and `"string encoding" "alpha"` (the alpha channel).
 
 mod camera;
+mod colorspace;
+mod dialect;
 mod directives;
 mod graphics_state;
 mod lights;
 mod materials;
 mod mesh;
+mod old_lights;
+mod old_materials;
 mod params;
 mod parser;
+mod procedural;
 mod shapes;
 mod spectrum;
 mod tessellate;
@@ -29,12 +34,13 @@ mod write;
 
 pub(crate) use write::save;
 
-use crate::description::{ColorInput, FloatInput, MaterialId, SceneDescription};
+use crate::description::{ColorInput, FloatInput, MaterialId, PixelFilter, SceneDescription};
 use crate::error::{ErrorKind, SceneError};
 use crate::images::ImageTable;
 use crate::options::LoadOptions;
 use crate::source::{self, SourceFile, Span};
 use crate::warnings::Warnings;
+use dialect::Dialect;
 use glam::DMat4;
 use graphics_state::GraphicsState;
 use parser::Parser;
@@ -54,6 +60,8 @@ enum Scope {
 /// Turns directives into a scene.
 struct Builder<'o> {
     options: &'o LoadOptions,
+    /// The version of pbrt whose rules apply.
+    dialect: Dialect,
     /// Folder that file names are relative to.
     base: PathBuf,
     scene: SceneDescription,
@@ -106,6 +114,7 @@ fn load_source(
     let name = source.name.clone();
     let mut builder = Builder {
         options,
+        dialect: dialect::detect(&source),
         base,
         scene: SceneDescription { name: name.clone(), ..SceneDescription::default() },
         warnings: Warnings::new(options.max_warnings),
@@ -128,6 +137,10 @@ fn load_source(
         vertices: 0,
     };
     builder.scene.integrator.max_depth = 5;
+    [builder.scene.film.width, builder.scene.film.height] = camera::default_size(builder.dialect);
+    if builder.dialect != Dialect::V4 {
+        builder.scene.filter = PixelFilter::Box { radius: [0.5; 2] };
+    }
     let run = builder.run(&mut Parser::new(source, options)).and_then(|()| builder.finish());
     run.map_err(|error| error.in_file(Path::new(&name)))
 }
@@ -156,20 +169,34 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A file named in the scene, which must exist.
+    /// A file named in the scene, which must exist, in a folder that may be read.
     fn existing_file(&self, name: &str, at: &Span) -> Result<PathBuf, SceneError> {
-        let path = self.base.join(name);
-        if path.is_file() {
-            return Ok(path);
-        }
-        // Files beside an included file that is in another folder.
-        let beside = Path::new(&at.source.name).parent().map(|folder| folder.join(name));
-        match beside {
-            Some(beside) if beside.is_file() => Ok(beside),
-            _ => {
+        match self.find_file(name, at)? {
+            Some(path) => Ok(path),
+            None => {
+                let path = self.base.join(name);
                 Err(SceneError::new(ErrorKind::File, format!("there is no file `{}`", path.display())).at(at))
             }
         }
+    }
+
+    /// [`Self::existing_file`] or nothing.
+    fn find_file(&self, name: &str, at: &Span) -> Result<Option<PathBuf>, SceneError> {
+        // Files beside an included file that is in another folder.
+        let beside = Path::new(&at.source.name).parent().map(|folder| folder.join(name));
+        let Some(path) =
+            [Some(self.base.join(name)), beside].into_iter().flatten().find(|path| path.is_file())
+        else {
+            return Ok(None);
+        };
+        source::check_folder(&path, self.options).map_err(|error| error.at(at))?;
+        Ok(Some(path))
+    }
+
+    /// The colour of a spectrum-like parameter, in the colour space in force.
+    fn color(&self, param: &params::Param, quantity: spectrum::Quantity) -> Result<glam::Vec3, SceneError> {
+        let find = |name: &str| self.find_file(name, &param.value_span(0));
+        spectrum::color(param, quantity, self.state.color_space, &find, self.options)
     }
 
     fn finish(mut self) -> Result<SceneDescription, SceneError> {

@@ -67,7 +67,8 @@ impl Builder<'_> {
             self.warnings.at(&light.span, "the radiance of this light is not finite: it is ignored");
             return None;
         }
-        Some(Emission { radiance: ColorInput::Constant(radiance), two_sided: light.two_sided })
+        let radiance = light.picture.map_or(ColorInput::Constant(radiance), ColorInput::Texture);
+        Some(Emission { radiance, two_sided: light.two_sided })
     }
 
     fn triangle_mesh(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {

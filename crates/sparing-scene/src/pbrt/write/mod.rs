@@ -3,15 +3,16 @@
 //! Loading what was written gives the same scene, apart from names that were not unique, the numbering of pictures,
 //! constant textures (which are folded into their users), and the last bits of axes that were not quite unit.
 
+mod procedural;
 mod surfaces;
 mod text;
 
 use crate::description::{
     Image, ImageId, ImageSource, Light, PixelFilter, Projection, SamplerKind, SceneDescription,
-    TextureEncoding,
+    SphereMapping, TextureEncoding,
 };
 use crate::error::{ErrorKind, SceneError};
-use glam::Mat4;
+use glam::{Mat3, Mat4, Vec3};
 use std::collections::HashSet;
 use std::path::Path;
 use text::{Text, color, number, numbers, quoted};
@@ -183,11 +184,35 @@ impl Writer<'_> {
                 Light::Environment { radiance, image, light_to_world } => {
                     let strength = match image {
                         None => color("L", *radiance),
-                        Some(id) => self.surroundings(*id)? + &grey(*radiance)?,
+                        Some(map) => {
+                            let target =
+                                map.illuminance.map(|lux| number("illuminance", lux)).unwrap_or_default();
+                            self.surroundings(map.image)? + mapping(map.mapping) + &target + &grey(*radiance)?
+                        }
                     };
-                    let values = Mat4::from_mat3(*light_to_world).to_cols_array().map(|v| v.to_string());
-                    let light = format!("LightSource \"infinite\"{strength}");
-                    format!("AttributeBegin\n  Transform [ {} ]\n  {light}\nAttributeEnd", values.join(" "))
+                    in_frame(*light_to_world, Vec3::ZERO, &format!("LightSource \"infinite\"{strength}"))
+                }
+                Light::Goniometric { position, intensity, image, mapping: map, power, light_to_world } => {
+                    let file = image.map(|id| self.surroundings(id)).transpose()?.unwrap_or_default();
+                    let power = power.map(|watt| number("power", watt)).unwrap_or_default();
+                    let light = format!(
+                        "LightSource \"goniometric\"{file}{}{}{power}",
+                        color("I", *intensity),
+                        mapping(*map)
+                    );
+                    // The pole of the picture is the y axis of pbrt's light.
+                    let axes = light_to_world.to_cols_array_2d().map(Vec3::from);
+                    in_frame(Mat3::from_cols(axes[0], axes[2], axes[1]), *position, &light)
+                }
+                Light::Projection { position, intensity, image, fov, power, light_to_world } => {
+                    let Some(image) = image else { return Err(unsupported("a projector without a slide")) };
+                    let file = self.surroundings(*image)?;
+                    let power = power.map(|watt| number("power", watt)).unwrap_or_default();
+                    let factor = grey(*intensity)?;
+                    let light =
+                        format!("LightSource \"projection\"{file}{}{factor}{power}", number("fov", *fov));
+                    let axes = light_to_world.to_cols_array_2d().map(Vec3::from);
+                    in_frame(Mat3::from_cols(axes[0], -axes[1], axes[2]), *position, &light)
                 }
             };
             self.out.line(&text);
@@ -195,11 +220,27 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn surroundings(&self, id: ImageId) -> Result<String, SceneError> {
+    pub fn surroundings(&self, id: ImageId) -> Result<String, SceneError> {
         if self.scene.images[id.0 as usize].encoding != TextureEncoding::Auto {
             return Err(unsupported("how to decode a picture of the surroundings"));
         }
         Ok(format!(" \"string filename\" {}", self.pictures[id.0 as usize]))
+    }
+}
+
+/// A directive where a frame is the current transformation.
+fn in_frame(axes: Mat3, origin: Vec3, directive: &str) -> String {
+    let mut matrix = Mat4::from_mat3(axes);
+    matrix.w_axis = origin.extend(1.0);
+    let values = matrix.to_cols_array().map(|v| v.to_string());
+    format!("AttributeBegin\n  Transform [ {} ]\n  {directive}\nAttributeEnd", values.join(" "))
+}
+
+fn mapping(mapping: SphereMapping) -> &'static str {
+    match mapping {
+        SphereMapping::Auto => "",
+        SphereMapping::LatLong => " \"string mapping\" \"latlong\"",
+        SphereMapping::EqualArea => " \"string mapping\" \"equalarea\"",
     }
 }
 

@@ -1,7 +1,7 @@
 //! Textures, materials, shapes and their placements.
 
 use super::text::{color, number, numbers};
-use super::{Writer, unsupported};
+use super::{Writer, procedural, unsupported};
 use crate::description::{
     ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, Roughness, Shape, Texture,
     TextureEncoding, TextureId, UvMapping, Wrap,
@@ -14,14 +14,14 @@ fn name(id: TextureId) -> String {
     format!("\"texture {}\"", id.0)
 }
 
-fn color_input(parameter: &str, input: ColorInput) -> String {
+pub(super) fn color_input(parameter: &str, input: ColorInput) -> String {
     match input {
         ColorInput::Constant(value) => color(parameter, value),
         ColorInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
     }
 }
 
-fn float_input(parameter: &str, input: FloatInput) -> String {
+pub(super) fn float_input(parameter: &str, input: FloatInput) -> String {
     match input {
         FloatInput::Constant(value) => number(parameter, value),
         FloatInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
@@ -33,16 +33,20 @@ fn roughness(roughness: &Roughness) -> String {
     float_input("uroughness", roughness.u) + &float_input("vroughness", roughness.v) + &remap
 }
 
-fn mapping(mapping: &UvMapping) -> String {
+pub(super) fn mapping(mapping: &UvMapping) -> String {
     let ([su, sv], [du, dv]) = (mapping.scale, mapping.offset);
     number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv)
 }
 
 impl Writer<'_> {
-    /// Textures that are normal maps and nothing else: they are written with their materials.
-    fn only_normal_maps(&self) -> HashSet<TextureId> {
+    /// Textures that are normal maps or pictures of lights and nothing else: they are written with their users.
+    fn written_elsewhere(&self) -> HashSet<TextureId> {
         let scene = self.scene;
         let mut only: HashSet<TextureId> = scene.materials.iter().filter_map(|m| m.normal_map).collect();
+        only.extend(scene.shapes.iter().filter_map(|shape| match shape.emission.as_ref()?.radiance {
+            ColorInput::Texture(id) => Some(id),
+            ColorInput::Constant(_) => None,
+        }));
         let mut used = Vec::new();
         let mut color = |input: &ColorInput| {
             if let ColorInput::Texture(id) = input {
@@ -54,13 +58,7 @@ impl Writer<'_> {
             FloatInput::Constant(value) => ColorInput::Constant(Vec3::splat(*value)),
         };
         for texture in &scene.textures {
-            match texture {
-                Texture::Constant(_) | Texture::Image { .. } => {}
-                Texture::Checkerboard { even: a, odd: b, .. } | Texture::Scale { a, b } => {
-                    [a, b].into_iter().for_each(&mut color);
-                }
-                Texture::Mix { a, b, amount } => [a, b, &float(amount)].into_iter().for_each(&mut color),
-            }
+            texture.inputs().iter().for_each(&mut color);
         }
         for material in &scene.materials {
             material.bump.iter().for_each(|id| color(&ColorInput::Texture(*id)));
@@ -84,6 +82,26 @@ impl Writer<'_> {
                 }
                 MaterialKind::Mix { amount, .. } => color(&float(amount)),
                 MaterialKind::ThinDielectric { .. } | MaterialKind::Interface => {}
+                MaterialKind::OrenNayar { reflectance, sigma } => {
+                    [reflectance, &float(sigma)].into_iter().for_each(&mut color);
+                }
+                MaterialKind::Mirror { reflectance } => color(reflectance),
+                MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness, .. } => {
+                    rough(roughness);
+                    [diffuse, specular, mirror, transmission].into_iter().for_each(&mut color);
+                }
+                MaterialKind::Substrate { diffuse, specular, roughness } => {
+                    rough(roughness);
+                    [diffuse, specular].into_iter().for_each(&mut color);
+                }
+                MaterialKind::CoatedConductor { conductor, roughness, coat_roughness, .. } => {
+                    rough(roughness);
+                    rough(coat_roughness);
+                    match conductor {
+                        Conductor::EtaK { eta, k } => [eta, k].into_iter().for_each(&mut color),
+                        Conductor::Reflectance(reflectance) => color(reflectance),
+                    }
+                }
             }
         }
         let objects = scene.objects.iter().flat_map(|object| &object.shapes);
@@ -97,7 +115,7 @@ impl Writer<'_> {
     }
 
     pub fn textures(&mut self) -> Result<(), SceneError> {
-        let skip = self.only_normal_maps();
+        let skip = self.written_elsewhere();
         for (i, texture) in self.scene.textures.iter().enumerate() {
             let id = TextureId(i as u32);
             if skip.contains(&id) {
@@ -132,6 +150,15 @@ impl Writer<'_> {
                 Texture::Mix { a, b, amount } => {
                     let colors = color_input("tex1", *a) + &color_input("tex2", *b);
                     format!("\"mix\"{colors}{}", float_input("amount", *amount))
+                }
+                rare => {
+                    let (frame, text) = procedural::texture(rare);
+                    let matrix = numbers_of(&Mat4::from(frame.inverse()));
+                    let directive = format!("Texture {} \"spectrum\" {text}", name(id));
+                    self.out.line(&format!(
+                        "AttributeBegin\n  Transform [ {matrix} ]\n  {directive}\nAttributeEnd"
+                    ));
+                    continue;
                 }
             };
             self.out.line(&format!("Texture {} \"spectrum\" {text}", name(id)));
@@ -179,6 +206,32 @@ impl Writer<'_> {
                 format!("\"mix\" \"string materials\" [ {a} {b} ]{}", float_input("amount", *amount))
             }
             MaterialKind::Interface => "\"interface\"".to_owned(),
+            MaterialKind::OrenNayar { reflectance, sigma } => {
+                format!("\"matte\"{}{}", color_input("Kd", *reflectance), float_input("sigma", *sigma))
+            }
+            MaterialKind::Mirror { reflectance } => format!("\"mirror\"{}", color_input("Kr", *reflectance)),
+            MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness: r, eta } => {
+                let matte = color_input("Kd", *diffuse) + &color_input("Ks", *specular);
+                let clear = color_input("Kr", *mirror) + &color_input("Kt", *transmission);
+                format!("\"uber\"{matte}{clear}{}{}", number("index", *eta), roughness(r))
+            }
+            MaterialKind::Substrate { diffuse, specular, roughness: r } => {
+                let colors = color_input("Kd", *diffuse) + &color_input("Ks", *specular);
+                format!("\"substrate\"{colors}{}", roughness(r))
+            }
+            MaterialKind::CoatedConductor { conductor, roughness: r, eta, coat_roughness: coat } => {
+                let substance = match conductor {
+                    Conductor::EtaK { eta, k } => {
+                        color_input("conductor.eta", *eta) + &color_input("conductor.k", *k)
+                    }
+                    Conductor::Reflectance(value) => color_input("reflectance", *value),
+                };
+                let axis = |name: &str, v: FloatInput| float_input(name, v);
+                let rough = axis("conductor.uroughness", r.u) + &axis("conductor.vroughness", r.v);
+                let coat = axis("interface.uroughness", coat.u) + &axis("interface.vroughness", coat.v);
+                let remap = format!(" \"bool remaproughness\" {}", r.remap);
+                format!("\"coatedconductor\"{substance}{rough}{coat}{}{remap}", number("interface.eta", *eta))
+            }
         }
     }
 
@@ -200,6 +253,18 @@ impl Writer<'_> {
             text += &format!(" \"texture displacement\" {}", name(id));
         }
         Ok(text)
+    }
+
+    /// The picture of an area light; pbrt has no other textures of emission.
+    fn light_picture(&self, id: TextureId) -> Result<String, SceneError> {
+        match &self.scene.textures[id.0 as usize] {
+            Texture::Image { image, mapping, wrap: Wrap::Clamp, scale, invert: false }
+                if *mapping == UvMapping::default() && *scale >= 0.0 =>
+            {
+                Ok(self.surroundings(*image)? + &number("scale", *scale))
+            }
+            _ => Err(unsupported("textured emission")),
+        }
     }
 
     pub fn shapes(&mut self) -> Result<(), SceneError> {
@@ -261,11 +326,12 @@ impl Writer<'_> {
             self.out.line("  ReverseOrientation");
         }
         if let Some(emission) = &shape.emission {
-            let ColorInput::Constant(radiance) = emission.radiance else {
-                return Err(unsupported("textured emission"));
+            let radiance = match emission.radiance {
+                ColorInput::Constant(radiance) => color("L", radiance),
+                ColorInput::Texture(id) => self.light_picture(id)?,
             };
             let sides = if emission.two_sided { " \"bool twosided\" true" } else { "" };
-            self.out.line(&format!("  AreaLightSource \"diffuse\"{}{sides}", color("L", radiance)));
+            self.out.line(&format!("  AreaLightSource \"diffuse\"{radiance}{sides}"));
         }
         let alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
         self.out.line(&format!("  NamedMaterial {}", self.names.materials[shape.material.0 as usize]));
@@ -274,17 +340,17 @@ impl Writer<'_> {
     }
 }
 
-/// A product: pbrt has a texture or colour times a number or texture.
+/// A product: of a texture or colour and a number or texture, or of two of the same kind as before version 4.
 fn scaled(a: ColorInput, b: ColorInput) -> String {
-    let (tex, factor) = match (a, b) {
+    let factor = match (a, b) {
         (ColorInput::Constant(a), ColorInput::Constant(b)) => {
             return format!("\"constant\"{}", color("value", a * b));
         }
-        (_, ColorInput::Constant(b)) if b.x == b.y && b.y == b.z => (a, FloatInput::Constant(b.x)),
-        (ColorInput::Texture(a), ColorInput::Constant(_)) => (b, FloatInput::Texture(a)),
-        (_, ColorInput::Texture(b)) => (a, FloatInput::Texture(b)),
+        (_, ColorInput::Constant(b)) if b.x == b.y && b.y == b.z => FloatInput::Constant(b.x),
+        (_, ColorInput::Texture(b)) => FloatInput::Texture(b),
+        _ => return format!("\"scale\"{}{}", color_input("tex1", a), color_input("tex2", b)),
     };
-    format!("\"scale\"{}{}", color_input("tex", tex), float_input("scale", factor))
+    format!("\"scale\"{}{}", color_input("tex", a), float_input("scale", factor))
 }
 
 fn numbers_of(matrix: &Mat4) -> String {
