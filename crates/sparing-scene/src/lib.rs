@@ -13,9 +13,12 @@ pub mod description;
 mod error;
 pub mod generate;
 mod images;
+mod model;
 mod obj;
 mod options;
 mod pbrt;
+mod ply;
+mod polygon;
 mod source;
 mod spectrum;
 mod warnings;
@@ -23,10 +26,11 @@ mod warnings;
 pub use description::SceneDescription;
 pub use error::{ErrorKind, SceneError};
 pub use options::LoadOptions;
+pub use ply::write_ply;
 
 use std::path::Path;
 
-/// Loads a scene, choosing the format by the file name: `.pbrt` or `.obj`.
+/// Loads a scene, choosing the format by the file name: `.pbrt`, `.obj`, `.ply` or `.ply.gz`.
 ///
 /// # Errors
 /// When the file is missing, of another format, broken, or beyond the default limits.
@@ -43,6 +47,8 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
     let scene = match extension.as_str() {
         "pbrt" => pbrt::load(path, options)?,
         "obj" => obj::load(path, options)?,
+        "ply" => ply::load_scene(path, options)?,
+        "gz" if path.file_stem().is_some_and(|stem| is_ply(stem.as_ref())) => ply::load_scene(path, options)?,
         "" => {
             let error = SceneError::new(ErrorKind::Format, "a file name without extension says no format");
             return Err(error.in_file(path).help(SUPPORTED));
@@ -55,6 +61,10 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
     };
     scene.validate().map_err(|error| error.in_file(path))?;
     Ok(scene)
+}
+
+fn is_ply(name: &Path) -> bool {
+    name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
 }
 
 /// Loads pbrt text that is not in a file; `base` is the folder that file names in it are relative to.
@@ -82,4 +92,4 @@ pub fn save_pbrt(scene: &SceneDescription, path: &Path) -> Result<(), SceneError
     pbrt::save(scene, path).map_err(|error| error.in_file(path))
 }
 
-const SUPPORTED: &str = "supported are .pbrt and .obj";
+const SUPPORTED: &str = "supported are .pbrt, .obj and .ply";

@@ -7,6 +7,8 @@ use crate::error::{ErrorKind, SceneError};
 pub struct LoadOptions {
     /// Bytes of one text file.
     pub max_file_bytes: u64,
+    /// Bytes that one byte of a compressed file may become.
+    pub max_expansion: u64,
     /// Bytes of all files of a scene together; an included file counts each time.
     pub max_total_bytes: u64,
     /// Files included from within each other.
@@ -31,6 +33,7 @@ impl Default for LoadOptions {
     fn default() -> Self {
         Self {
             max_file_bytes: 4 << 30,
+            max_expansion: 100,
             max_total_bytes: 16 << 30,
             max_include_depth: 32,
             max_nesting: 1000,

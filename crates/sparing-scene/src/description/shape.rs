@@ -56,7 +56,7 @@ pub enum Geometry {
     },
 }
 
-/// An indexed triangle mesh. Indices are in range; `normals` and `uvs` are per vertex.
+/// An indexed triangle mesh. Indices are in range; `normals`, `uvs` and `colors` are per vertex.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleMesh {
     /// Vertices.
@@ -67,6 +67,8 @@ pub struct TriangleMesh {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Texture coordinates; v = 0 is the bottom of the picture.
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Colours and opacities, linear Rec.709 and 0..1.
+    pub colors: Option<Vec<[f32; 4]>>,
 }
 
 /// An indexed quad mesh; vertices go round each quad.

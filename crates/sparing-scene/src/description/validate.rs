@@ -203,6 +203,7 @@ impl SceneDescription {
         match &shape.geometry {
             Geometry::Triangles(mesh) => {
                 let indices = mesh.indices.as_flattened();
+                check_colors(mesh.colors.as_deref(), mesh.positions.len())?;
                 check_mesh(&mesh.positions, indices, mesh.normals.as_deref(), mesh.uvs.as_deref())
             }
             Geometry::Quads(mesh) => {
@@ -248,6 +249,19 @@ fn invalid(message: String) -> SceneError {
 
 fn texture_below(id: TextureId, below: usize) -> Result<(), String> {
     if (id.0 as usize) < below { Ok(()) } else { Err(format!("texture {} is not before it", id.0)) }
+}
+
+fn check_colors(colors: Option<&[[f32; 4]]>, count: usize) -> Result<(), String> {
+    let Some(colors) = colors else { return Ok(()) };
+    if colors.len() != count {
+        return Err("vertex colours do not match the vertices".to_owned());
+    }
+    let fine = |v: &f32| v.is_finite() && *v >= 0.0;
+    if colors.as_flattened().iter().all(fine) {
+        Ok(())
+    } else {
+        Err("a vertex colour is out of range".to_owned())
+    }
 }
 
 fn check_mesh(

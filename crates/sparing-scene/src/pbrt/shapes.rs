@@ -76,7 +76,7 @@ impl Builder<'_> {
         let indices = indices::<3>(params, count, [0, 1, 2], at)?;
         params.ignore(&["S", "faceIndices"]);
         let Vertices { positions, normals, uvs } = vertices;
-        self.add_mesh(TriangleMesh { positions, indices, normals, uvs }, at)
+        self.add_mesh(TriangleMesh { positions, indices, normals, uvs, ..TriangleMesh::default() }, at)
     }
 
     /// pbrt orders a patch's vertices (u, v) = (0,0), (1,0), (0,1), (1,1); a quad goes round.
