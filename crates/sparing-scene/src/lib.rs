@@ -26,6 +26,7 @@ mod warnings;
 pub use description::SceneDescription;
 pub use error::{ErrorKind, SceneError};
 pub use options::LoadOptions;
+pub use pbrt::{PbrtFiles, PbrtOptions};
 pub use ply::write_ply;
 
 use std::path::Path;
@@ -86,10 +87,23 @@ pub fn load_pbrt_text(
 ///
 /// # Errors
 /// When the scene is not [valid](SceneDescription::validate), a file cannot be written, or the scene has what pbrt
-/// text cannot say: textured emission, emission inside an object, a picture of the surroundings with a colour
-/// factor, a normal map with a mapping of its own.
+/// text cannot say: emission inside an object, a picture of the surroundings with a colour factor, colours of vertices
+/// (which [`pbrt_files`] puts into PLY files).
 pub fn save_pbrt(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
     pbrt::save(scene, path).map_err(|error| error.in_file(path))
+}
+
+/// What [`save_pbrt`] writes, as data, with meshes and pictures in files of their own where `options` say so. `path` is
+/// where the text will be.
+///
+/// # Errors
+/// As [`save_pbrt`], but for writing.
+pub fn pbrt_files<'a>(
+    scene: &'a SceneDescription,
+    path: &Path,
+    options: &PbrtOptions,
+) -> Result<PbrtFiles<'a>, SceneError> {
+    pbrt::files(scene, path, options).map_err(|error| error.in_file(path))
 }
 
 const SUPPORTED: &str = "supported are .pbrt, .obj and .ply";

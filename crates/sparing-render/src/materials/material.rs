@@ -1,6 +1,7 @@
 //! Materials of a scene, compiled: what does not vary over a surface is computed once.
 
 use super::coated_diffuse::CoatTable;
+use super::metallic_roughness::Inputs;
 use super::{Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
 use crate::materials::microfacet::Ggx;
 use crate::needs::Needs;
@@ -18,6 +19,8 @@ pub struct ShadingInput {
     pub front: bool,
     /// Uniform in [0, 1): which material of a mix.
     pub choice: f32,
+    /// Colour of the vertices around, white where they have none.
+    pub color: Vec3,
 }
 
 /// A compiled material.
@@ -57,6 +60,7 @@ enum Model {
         materials: [u32; 2],
         amount: Scalar,
     },
+    MetallicRoughness(Box<Inputs>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -169,6 +173,11 @@ impl MaterialTable {
                     }
                 }
             }
+            Model::MetallicRoughness(inputs) => {
+                needs |= Needs::CHOICE;
+                needs.set(Needs::TRANSMISSION, inputs.is_transmissive());
+                needs.set(Needs::VERTEX_COLORS, inputs.uses_vertex_colors());
+            }
             _ => needs |= Needs::CHOICE,
         }
         needs
@@ -263,10 +272,16 @@ impl Model {
                 let materials = [materials[0].0, materials[1].0];
                 return Self::Mix { materials, amount: textures.scalar(*amount) };
             }
+            MaterialKind::MetallicRoughness(m) => {
+                let inputs = Inputs::new(m, textures);
+                (Self::MetallicRoughness(Box::new(inputs)), inputs.is_constant())
+            }
             MaterialKind::Interface => return Self::Fixed([Bsdf::Interface; 2]),
         };
         if is_fixed {
-            let at = |front| model.bsdf(textures, ShadingInput { uv: [0.0; 2], front, choice: 0.0 });
+            let at = |front| {
+                model.bsdf(textures, ShadingInput { uv: [0.0; 2], front, choice: 0.0, color: Vec3::ONE })
+            };
             return Self::Fixed([at(true), at(false)]);
         }
         model
@@ -310,6 +325,7 @@ impl Model {
                     transmittance: t / excess,
                 })
             }
+            Self::MetallicRoughness(inputs) => inputs.bsdf(textures, input),
             Self::Mix { .. } => Bsdf::Interface, // resolved by MaterialTable::bsdf
         }
     }

@@ -10,6 +10,7 @@ pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
 pub mod fresnel;
+pub mod metallic_roughness;
 pub mod microfacet;
 pub mod thin_dielectric;
 
@@ -21,6 +22,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use material::{Material, MaterialTable, ShadingInput};
+pub use metallic_roughness::MetallicRoughness;
 pub use thin_dielectric::ThinDielectric;
 
 use glam::Vec3;
@@ -69,6 +71,8 @@ pub enum Bsdf {
     DiffuseTransmission(DiffuseTransmission),
     /// Nothing: light passes.
     Interface,
+    /// glTF's metal, plastic and thin glass.
+    MetallicRoughness(MetallicRoughness),
 }
 
 impl Bsdf {
@@ -91,6 +95,7 @@ impl Bsdf {
             Self::Dielectric(b) => b.eval(wo, wi),
             Self::CoatedDiffuse(b) => b.eval(wo, wi),
             Self::DiffuseTransmission(b) => b.eval(wi),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
             Self::ThinDielectric(_) | Self::Interface => Evaluation::ZERO,
         }
     }
@@ -115,6 +120,7 @@ impl Bsdf {
             Self::ThinDielectric(b) => b.sample(wo, lobe),
             Self::CoatedDiffuse(b) => b.sample(wo, lobe, u),
             Self::DiffuseTransmission(b) => b.sample(lobe, u),
+            Self::MetallicRoughness(b) => b.sample(wo, lobe, u),
             Self::Interface => Some(BsdfSample { wi: -wo, weight: Vec3::ONE, pdf: 1.0, is_delta: true }),
         }
     }
@@ -127,6 +133,7 @@ impl Bsdf {
             Self::Diffuse(_) | Self::CoatedDiffuse(_) | Self::DiffuseTransmission(_) => false,
             Self::Conductor(b) => b.ggx.is_smooth(),
             Self::Dielectric(b) => b.ggx.is_smooth() || b.eta == 1.0,
+            Self::MetallicRoughness(b) => b.is_all_delta(),
             Self::ThinDielectric(_) | Self::Interface => true,
         }
     }
@@ -146,10 +153,16 @@ impl Bsdf {
     #[inline]
     #[must_use]
     pub fn is_transmissive(&self) -> bool {
-        matches!(
-            self,
-            Self::Dielectric(_) | Self::ThinDielectric(_) | Self::DiffuseTransmission(_) | Self::Interface
-        )
+        match self {
+            Self::MetallicRoughness(b) => b.is_transmissive(),
+            other => matches!(
+                other,
+                Self::Dielectric(_)
+                    | Self::ThinDielectric(_)
+                    | Self::DiffuseTransmission(_)
+                    | Self::Interface
+            ),
+        }
     }
 
     /// Colour for the albedo layer: reflected and transmitted light under uniform light, roughly.
@@ -161,6 +174,7 @@ impl Bsdf {
             Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Interface => Vec3::ONE,
             Self::CoatedDiffuse(b) => b.reflectance,
             Self::DiffuseTransmission(b) => b.reflectance + b.transmittance,
+            Self::MetallicRoughness(b) => b.base_color,
         }
     }
 }

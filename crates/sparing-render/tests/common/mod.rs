@@ -31,7 +31,14 @@ pub fn diffuse(albedo: f32) -> MaterialKind {
 
 /// A shape of material 0.
 pub fn shape(geometry: Geometry) -> Shape {
-    Shape { geometry, material: MaterialId(0), emission: None, alpha: None, reverse_orientation: false }
+    Shape {
+        geometry,
+        material: MaterialId(0),
+        emission: None,
+        alpha: None,
+        alpha_cutoff: None,
+        reverse_orientation: false,
+    }
 }
 
 /// A one-sided emitter of material 0.

@@ -12,8 +12,10 @@ pub struct Shape {
     pub material: MaterialId,
     /// Emitted light, if any.
     pub emission: Option<Emission>,
-    /// Opacity in 0..1: cut-out. `None` is opaque.
+    /// Opacity in 0..1: cut-out. `None` is opaque. The opacity of the vertices' colours is a factor.
     pub alpha: Option<FloatInput>,
+    /// Opacities from here on are opaque, those below are absent; `None`: opacity is a probability.
+    pub alpha_cutoff: Option<f32>,
     /// Whether the geometric normal is flipped (matters for one-sided emission and for `eta`).
     pub reverse_orientation: bool,
 }

@@ -84,7 +84,8 @@ impl SceneDescription {
         match texture {
             Texture::Constant(value) => self.color(ColorInput::Constant(*value), index),
             Texture::Image { image, mapping, scale, .. } => {
-                let numbers = mapping.scale.iter().chain(&mapping.offset).chain([scale]);
+                let numbers =
+                    mapping.scale.iter().chain(&mapping.offset).chain(&mapping.cross).chain([scale]);
                 if !numbers.copied().all(f32::is_finite) {
                     return Err("its mapping is not finite".to_owned());
                 }
@@ -146,6 +147,14 @@ impl SceneDescription {
                 self.float(*amount, all)
             }
             MaterialKind::Interface => Ok(()),
+            MaterialKind::MetallicRoughness(m) => {
+                if !(m.eta.is_finite() && m.eta >= 0.0) {
+                    return Err(format!("index of refraction {}", m.eta));
+                }
+                [m.base_color, m.specular_color].into_iter().try_for_each(|color| self.color(color, all))?;
+                let numbers = [m.metallic, m.roughness, m.specular, m.transmission, m.clearcoat];
+                numbers.into_iter().chain([m.clearcoat_roughness]).try_for_each(|n| self.float(n, all))
+            }
         }
     }
 
@@ -199,6 +208,9 @@ impl SceneDescription {
         }
         if let Some(alpha) = shape.alpha {
             self.float(alpha, all)?;
+        }
+        if shape.alpha_cutoff.is_some_and(|cutoff| !cutoff.is_finite()) {
+            return Err("its cut-off is not finite".to_owned());
         }
         match &shape.geometry {
             Geometry::Triangles(mesh) => {

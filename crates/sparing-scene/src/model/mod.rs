@@ -28,6 +28,7 @@ pub(crate) fn add_shape(scene: &mut SceneDescription, mesh: TriangleMesh, materi
         material,
         emission: None,
         alpha: None,
+        alpha_cutoff: None,
         reverse_orientation: false,
     });
 }

@@ -55,6 +55,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
             material,
             emission: own.and_then(|own| own.emission.clone()),
             alpha: own.and_then(|own| own.alpha),
+            alpha_cutoff: None,
             reverse_orientation: false,
         });
     }

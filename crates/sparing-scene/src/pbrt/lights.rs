@@ -8,7 +8,7 @@
 
 use super::Builder;
 use super::graphics_state::AreaLight;
-use super::params::ParamList;
+use super::params::{ParamList, ParamType};
 use super::spectrum::{self, Quantity};
 use crate::description::{Light, TextureEncoding};
 use crate::error::{ErrorKind, SceneError, did_you_mean};
@@ -168,14 +168,19 @@ impl Builder<'_> {
             let error = SceneError::new(ErrorKind::Unknown, format!("there is no area light type `{ty}`"));
             return Err(error.at(at).help("the only type is `diffuse`"));
         }
-        let radiance = self.strength(&params, "L")?;
+        let is_texture = params.get("L").is_some_and(|param| param.ty == ParamType::Texture);
+        let texture = match is_texture {
+            true => Some(self.color_input(&params, "L", Vec3::ZERO, Quantity::Unbounded)?),
+            false => None,
+        };
+        let radiance = if is_texture { Vec3::ONE } else { self.strength(&params, "L")? };
         if let Some(file) = params.get("filename") {
             self.warnings.at(&file.span, "the picture of an area light is not supported and ignored");
         }
         let power = Self::target(&params, "power")?;
         let two_sided = params.bool("twosided")?.unwrap_or(false);
         params.warn_unused("the area light", &mut self.warnings);
-        self.state.area_light = Some(AreaLight { radiance, power, two_sided, span: at.clone() });
+        self.state.area_light = Some(AreaLight { radiance, texture, power, two_sided, span: at.clone() });
         Ok(())
     }
 }

@@ -119,6 +119,9 @@ impl Builder<'_> {
             Some(("sRGB", _)) => TextureEncoding::Srgb,
             Some(("linear", _)) => TextureEncoding::Linear,
             Some(("alpha", _)) => TextureEncoding::Alpha,
+            Some(("red", _)) => TextureEncoding::Red,
+            Some(("green", _)) => TextureEncoding::Green,
+            Some(("blue", _)) => TextureEncoding::Blue,
             Some((text, param)) => {
                 let gamma = text.strip_prefix("gamma").and_then(|rest| rest.trim().parse::<f32>().ok());
                 match gamma {
@@ -126,22 +129,13 @@ impl Builder<'_> {
                     _ => {
                         return Err(param
                             .value_error(0, format!("there is no encoding `{text}`"))
-                            .help("encodings are sRGB, linear, `gamma 2.2` and alpha"));
+                            .help("encodings are sRGB, linear, `gamma 2.2`, alpha, red, green and blue"));
                     }
                 }
             }
         };
-        let wrap = match params.string("wrap")? {
-            None | Some(("repeat", _)) => Wrap::Repeat,
-            Some(("clamp", _)) => Wrap::Clamp,
-            Some(("black", _)) => Wrap::Black,
-            Some(("mirror", _)) => Wrap::Mirror,
-            Some((text, param)) => {
-                return Err(param
-                    .value_error(0, format!("there is no wrap mode `{text}`"))
-                    .help("wrap modes are repeat, clamp, black and mirror"));
-            }
-        };
+        let wrap = wrap_mode(params, "wrap")?.unwrap_or(Wrap::Repeat);
+        let wrap = [wrap, wrap_mode(params, "wrapv")?.unwrap_or(wrap)];
         let image = self.image(params, "filename", encoding, class_span)?;
         let scale = params.float("scale")?.unwrap_or(1.0);
         let invert = params.bool("invert")?.unwrap_or(false);
@@ -187,6 +181,7 @@ impl Builder<'_> {
         Ok(UvMapping {
             scale: [params.float("uscale")?.unwrap_or(1.0), params.float("vscale")?.unwrap_or(1.0)],
             offset: [params.float("udelta")?.unwrap_or(0.0), params.float("vdelta")?.unwrap_or(0.0)],
+            cross: [params.float("uperv")?.unwrap_or(0.0), params.float("vperu")?.unwrap_or(0.0)],
         })
     }
 
@@ -263,6 +258,21 @@ impl Builder<'_> {
             .at(&param.value_span(0))
             .maybe_help(did_you_mean(name, known.map(String::as_str)))
     }
+}
+
+fn wrap_mode(params: &ParamList, name: &str) -> Result<Option<Wrap>, SceneError> {
+    Ok(Some(match params.string(name)? {
+        None => return Ok(None),
+        Some(("repeat", _)) => Wrap::Repeat,
+        Some(("clamp", _)) => Wrap::Clamp,
+        Some(("black", _)) => Wrap::Black,
+        Some(("mirror", _)) => Wrap::Mirror,
+        Some((text, param)) => {
+            return Err(param
+                .value_error(0, format!("there is no wrap mode `{text}`"))
+                .help("wrap modes are repeat, clamp, black and mirror"));
+        }
+    }))
 }
 
 fn texture_name(param: &Param) -> Result<&str, SceneError> {
