@@ -31,7 +31,7 @@ pub enum Scalar {
 #[derive(Clone, Debug)]
 enum Node {
     Constant(Vec3),
-    Image { image: u32, mapping: UvMapping, wrap: Wrap, scale: f32, invert: bool },
+    Image { image: u32, mapping: UvMapping, wrap: [Wrap; 2], scale: f32, invert: bool },
     Checkerboard { mapping: UvMapping, even: Color, odd: Color },
     Scale { a: Color, b: Color },
     Mix { a: Color, b: Color, amount: Scalar },
@@ -69,8 +69,8 @@ pub struct Image {
     picture: Arc<Picture>,
     /// Linear value of each byte.
     decode: Box<[f32; 256]>,
-    /// The value is the alpha channel.
-    alpha: bool,
+    /// The channel that is the value, if it is just one.
+    channel: Option<u8>,
 }
 
 impl Image {
@@ -79,26 +79,47 @@ impl Image {
     /// # Errors
     /// See [`PictureError`].
     pub fn load(image: &d::Image) -> Result<Self, PictureError> {
-        let picture = match &image.source {
-            ImageSource::File(path) => Picture::read(path)?,
-            ImageSource::Bytes { name, bytes } => Picture::decode(bytes, name)?,
-        };
-        Ok(Self::new(picture, image.encoding))
+        Ok(Self::shared(Arc::new(Self::decode(&image.source)?), image.encoding))
+    }
+
+    /// The pixels of a picture, before they have a meaning.
+    ///
+    /// # Errors
+    /// See [`PictureError`].
+    pub fn decode(source: &ImageSource) -> Result<Picture, PictureError> {
+        match source {
+            ImageSource::File(path) => Picture::read(path),
+            ImageSource::Bytes { name, bytes } => Picture::decode(bytes, name),
+        }
     }
 
     /// A picture from memory.
     #[must_use]
     pub fn new(picture: Picture, encoding: TextureEncoding) -> Self {
+        Self::shared(Arc::new(picture), encoding)
+    }
+
+    /// A picture that several textures read in different ways.
+    #[must_use]
+    pub fn shared(picture: Arc<Picture>, encoding: TextureEncoding) -> Self {
         let decode = Box::new(std::array::from_fn(|i| {
             let v = i as f32 / 255.0;
             match encoding {
                 TextureEncoding::Auto | TextureEncoding::Srgb => srgb_to_linear(v),
-                TextureEncoding::Linear | TextureEncoding::Alpha => v,
                 TextureEncoding::Gamma(g) => v.powf(g),
+                TextureEncoding::Linear | TextureEncoding::Alpha => v,
+                TextureEncoding::Red | TextureEncoding::Green | TextureEncoding::Blue => v,
             }
         }));
         let has_alpha = matches!(picture.pixels, Pixels::Rgba8 { has_alpha: true, .. });
-        Self { picture: Arc::new(picture), decode, alpha: has_alpha && encoding == TextureEncoding::Alpha }
+        let channel = match encoding {
+            TextureEncoding::Red => Some(0),
+            TextureEncoding::Green => Some(1),
+            TextureEncoding::Blue => Some(2),
+            TextureEncoding::Alpha if has_alpha => Some(3),
+            _ => None,
+        };
+        Self { picture, decode, channel }
     }
 
     /// Width in pixels.
@@ -130,27 +151,31 @@ impl Image {
         let i = y as usize * self.picture.width as usize + x as usize;
         match &self.picture.pixels {
             Pixels::Rgba8 { data, .. } => {
-                let [r, g, b, a] = data[i];
-                if self.alpha {
-                    return Vec3::splat(f32::from(a) / 255.0);
+                let pixel = data[i];
+                if let Some(channel) = self.channel {
+                    return Vec3::splat(f32::from(pixel[channel as usize & 3]) / 255.0);
                 }
+                let [r, g, b, _] = pixel;
                 Vec3::new(self.decode[r as usize], self.decode[g as usize], self.decode[b as usize])
             }
-            Pixels::Rgb32F(data) => Vec3::from(data[i]),
+            Pixels::Rgb32F(data) => match self.channel {
+                Some(channel) => Vec3::splat(data[i][channel.min(2) as usize]),
+                None => Vec3::from(data[i]),
+            },
         }
     }
 
     /// Bilinear value at texture coordinates; v = 0 is the bottom.
     #[must_use]
-    pub fn bilinear(&self, uv: [f32; 2], wrap: Wrap) -> Vec3 {
+    pub fn bilinear(&self, uv: [f32; 2], [wrap_u, wrap_v]: [Wrap; 2]) -> Vec3 {
         let (w, h) = (self.width(), self.height());
-        let x = wrap_coordinate(uv[0], wrap) * w as f32 - 0.5;
-        let y = wrap_coordinate(1.0 - uv[1], wrap) * h as f32 - 0.5;
+        let x = wrap_coordinate(uv[0], wrap_u) * w as f32 - 0.5;
+        let y = wrap_coordinate(1.0 - uv[1], wrap_v) * h as f32 - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
         let at = |dx: i64, dy: i64| match (
-            wrap_index(x0 as i64 + dx, w, wrap),
-            wrap_index(y0 as i64 + dy, h, wrap),
+            wrap_index(x0 as i64 + dx, w, wrap_u),
+            wrap_index(y0 as i64 + dy, h, wrap_v),
         ) {
             (Some(x), Some(y)) => self.texel(x, y),
             _ => Vec3::ZERO,
@@ -361,7 +386,8 @@ impl TextureTable {
 }
 
 fn map(mapping: &UvMapping, uv: [f32; 2]) -> [f32; 2] {
-    [uv[0] * mapping.scale[0] + mapping.offset[0], uv[1] * mapping.scale[1] + mapping.offset[1]]
+    let UvMapping { scale, offset, cross } = mapping;
+    [uv[0] * scale[0] + uv[1] * cross[0] + offset[0], uv[1] * scale[1] + uv[0] * cross[1] + offset[1]]
 }
 
 /// Parity of a whole number in floating point: no overflow at huge coordinates.
@@ -403,24 +429,24 @@ mod tests {
     #[test]
     fn v_zero_is_the_bottom_row_and_centres_are_exact() {
         let i = gradient();
-        assert_eq!(i.bilinear([0.25, 0.75], Wrap::Clamp), Vec3::ZERO);
-        assert_eq!(i.bilinear([0.75, 0.75], Wrap::Clamp), Vec3::X);
-        assert_eq!(i.bilinear([0.25, 0.25], Wrap::Clamp), Vec3::Y);
-        assert_eq!(i.bilinear([0.75, 0.25], Wrap::Clamp), Vec3::ONE);
-        assert_eq!(i.bilinear([0.5, 0.5], Wrap::Clamp), Vec3::new(0.5, 0.5, 0.25));
+        assert_eq!(i.bilinear([0.25, 0.75], [Wrap::Clamp; 2]), Vec3::ZERO);
+        assert_eq!(i.bilinear([0.75, 0.75], [Wrap::Clamp; 2]), Vec3::X);
+        assert_eq!(i.bilinear([0.25, 0.25], [Wrap::Clamp; 2]), Vec3::Y);
+        assert_eq!(i.bilinear([0.75, 0.25], [Wrap::Clamp; 2]), Vec3::ONE);
+        assert_eq!(i.bilinear([0.5, 0.5], [Wrap::Clamp; 2]), Vec3::new(0.5, 0.5, 0.25));
     }
 
     #[test]
     fn wrap_modes() {
         let i = gradient();
-        assert_eq!(i.bilinear([1.25, 0.75], Wrap::Repeat), Vec3::ZERO);
-        assert_eq!(i.bilinear([-0.25, 0.75], Wrap::Repeat), Vec3::X);
-        assert_eq!(i.bilinear([1.25, 0.75], Wrap::Mirror), Vec3::X);
-        assert_eq!(i.bilinear([9.0, 0.75], Wrap::Clamp), Vec3::X);
-        assert_eq!(i.bilinear([9.0, 0.75], Wrap::Black), Vec3::ZERO);
+        assert_eq!(i.bilinear([1.25, 0.75], [Wrap::Repeat; 2]), Vec3::ZERO);
+        assert_eq!(i.bilinear([-0.25, 0.75], [Wrap::Repeat; 2]), Vec3::X);
+        assert_eq!(i.bilinear([1.25, 0.75], [Wrap::Mirror; 2]), Vec3::X);
+        assert_eq!(i.bilinear([9.0, 0.75], [Wrap::Clamp; 2]), Vec3::X);
+        assert_eq!(i.bilinear([9.0, 0.75], [Wrap::Black; 2]), Vec3::ZERO);
         for uv in [[f32::NAN, 0.5], [1e30, -1e30], [f32::INFINITY, 0.0], [1e6, -1e6]] {
             for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp, Wrap::Black] {
-                assert!(i.bilinear(uv, wrap).is_finite(), "{uv:?} {wrap:?}");
+                assert!(i.bilinear(uv, [wrap; 2]).is_finite(), "{uv:?} {wrap:?}");
             }
         }
     }
@@ -428,7 +454,7 @@ mod tests {
     #[test]
     fn alpha_encoding_reads_the_alpha_channel() {
         let i = gradient();
-        let alpha = Image { alpha: true, ..i };
+        let alpha = Image { channel: Some(3), ..i };
         assert!((alpha.texel(1, 0).x - 128.0 / 255.0).abs() < 1e-6);
     }
 
@@ -474,7 +500,7 @@ mod tests {
         }
         let (t, mix) = single(d::Texture::DirectionMix { direction: Vec3::X, a: one, b: two });
         assert!((t.eval_color(mix, at(Vec3::ZERO)).x - (0.6 + 0.4 * 2.0)).abs() < 1e-6);
-        let mapping = UvMapping { scale: [2.0, 1.0], offset: [0.0, 0.1] };
+        let mapping = UvMapping { scale: [2.0, 1.0], offset: [0.0, 0.1], ..UvMapping::default() };
         let (t, uv) = single(d::Texture::Coordinates { mapping });
         assert!(t.eval_color(uv, [0.7, 0.4]).abs_diff_eq(Vec3::new(0.4, 0.5, 0.0), 1e-6));
         let corners = [0.0, 1.0, 2.0, 3.0].map(Vec3::splat);

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use sparing_render::materials::microfacet::Ggx;
 use sparing_render::materials::{
     Bsdf, CoatTable, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission,
-    OrenNayar, Substrate, Uber,
+    MetallicRoughness, OrenNayar, Substrate, Uber,
 };
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 use sparing_render::sampling;
@@ -57,6 +57,32 @@ fn materials() -> Vec<(String, Bsdf)> {
         }
     }
     all.push(("Oren-Nayar".into(), Bsdf::OrenNayar(OrenNayar::new(Vec3::splat(0.8), 30.0))));
+    // (alpha, metal, transmission, coat, alpha of the coat)
+    for (i, (alpha, metallic, transmission, clearcoat, coat)) in [
+        (0.2, 0.0, 0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0, 0.0, 0.0),
+        (0.05, 1.0, 0.0, 0.0, 0.0),
+        (0.4, 0.3, 0.0, 1.0, 0.1),
+        (0.3, 0.0, 1.0, 0.0, 0.0),
+        (0.5, 0.2, 0.6, 0.5, 0.0),
+        (0.0, 0.5, 0.5, 0.5, 0.3),
+        (0.0, 0.0, 0.0, 0.0, 0.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let bsdf = MetallicRoughness {
+            base_color: Vec3::new(0.8, 0.5, 0.2),
+            metallic,
+            transmission,
+            f0: Vec3::new(0.04, 0.02, 0.08),
+            f90: 0.9,
+            ggx: Ggx::new(alpha, alpha),
+            clearcoat,
+            coat_ggx: Ggx::new(coat, coat),
+        };
+        all.push((format!("metallic-roughness {i}"), Bsdf::MetallicRoughness(bsdf)));
+    }
     all.push(("coated diffuse smooth".into(), Bsdf::CoatedDiffuse(coated(0.6, Ggx::new(0.0, 0.0)))));
     all
 }

@@ -13,9 +13,12 @@ pub mod description;
 mod error;
 pub mod generate;
 mod images;
+mod model;
 mod obj;
 mod options;
 mod pbrt;
+mod ply;
+mod polygon;
 mod source;
 mod spectrum;
 mod warnings;
@@ -23,10 +26,12 @@ mod warnings;
 pub use description::SceneDescription;
 pub use error::{ErrorKind, SceneError};
 pub use options::LoadOptions;
+pub use pbrt::{PbrtFiles, PbrtOptions};
+pub use ply::write_ply;
 
 use std::path::Path;
 
-/// Loads a scene, choosing the format by the file name: `.pbrt` or `.obj`.
+/// Loads a scene, choosing the format by the file name: `.pbrt`, `.obj`, `.ply` or `.ply.gz`.
 ///
 /// # Errors
 /// When the file is missing, of another format, broken, or beyond the default limits.
@@ -47,6 +52,8 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
         "gz" if compressed => pbrt::load(path, options)?,
         "pbrt" => pbrt::load(path, options)?,
         "obj" => obj::load(path, options)?,
+        "ply" => ply::load_scene(path, options)?,
+        "gz" if path.file_stem().is_some_and(|stem| is_ply(stem.as_ref())) => ply::load_scene(path, options)?,
         "" => {
             let error = SceneError::new(ErrorKind::Format, "a file name without extension says no format");
             return Err(error.in_file(path).help(SUPPORTED));
@@ -70,6 +77,10 @@ fn check_pictures(scene: &SceneDescription, options: &LoadOptions) -> Result<(),
     })
 }
 
+fn is_ply(name: &Path) -> bool {
+    name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+}
+
 /// Loads pbrt text that is not in a file; `base` is the folder that file names in it are relative to.
 ///
 /// # Errors
@@ -90,10 +101,23 @@ pub fn load_pbrt_text(
 ///
 /// # Errors
 /// When the scene is not [valid](SceneDescription::validate), a file cannot be written, or the scene has what pbrt
-/// text cannot say: textured emission, emission inside an object, a picture of the surroundings with a colour
-/// factor, a normal map with a mapping of its own.
+/// text cannot say: emission inside an object, a picture of the surroundings with a colour factor, colours of vertices
+/// (which [`pbrt_files`] puts into PLY files).
 pub fn save_pbrt(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
     pbrt::save(scene, path).map_err(|error| error.in_file(path))
 }
 
-const SUPPORTED: &str = "supported are .pbrt and .obj";
+/// What [`save_pbrt`] writes, as data, with meshes and pictures in files of their own where `options` say so. `path` is
+/// where the text will be.
+///
+/// # Errors
+/// As [`save_pbrt`], but for writing.
+pub fn pbrt_files<'a>(
+    scene: &'a SceneDescription,
+    path: &Path,
+    options: &PbrtOptions,
+) -> Result<PbrtFiles<'a>, SceneError> {
+    pbrt::files(scene, path, options).map_err(|error| error.in_file(path))
+}
+
+const SUPPORTED: &str = "supported are .pbrt, .obj and .ply";

@@ -27,6 +27,42 @@ fn obj(bytes: &[u8]) {
     }
 }
 
+fn ply(bytes: &[u8]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    std::fs::write(&path, bytes).unwrap();
+    if let Ok(scene) = load_with(&path, &limits()) {
+        scene.validate().unwrap();
+    }
+}
+
+/// A small mesh, binary (with everything) or as text.
+fn valid_ply(binary: bool) -> Vec<u8> {
+    let mut mesh = sparing_scene::generate::icosphere(0);
+    mesh.uvs = Some(vec![[0.0; 2]; mesh.positions.len()]);
+    mesh.colors = Some(vec![[0.5; 4]; mesh.positions.len()]);
+    let mut bytes = Vec::new();
+    sparing_scene::write_ply(&mesh, &mut bytes).unwrap();
+    let text = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty double y\nproperty int z\n\
+                property list uchar int more\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                0 0 0 0 1 0 0 1 7 1 1 0 2 1 1 0 1 0 0 9 9 9 0\n4 0 1 2 3 5 0 1 2 3 4\n";
+    if binary { bytes } else { text.as_bytes().to_vec() }
+}
+
+fn edit(bytes: &mut Vec<u8>, edits: Vec<(prop::sample::Index, u8, u8)>) {
+    for (at, value, kind) in edits {
+        if bytes.is_empty() {
+            break;
+        }
+        let at = at.index(bytes.len());
+        match kind {
+            0 => bytes[at] = value,
+            1 => drop(bytes.remove(at)),
+            _ => bytes.truncate(at.max(1)),
+        }
+    }
+}
+
 #[test]
 fn the_valid_scene_is_valid() {
     let scene =
@@ -95,18 +131,18 @@ proptest! {
         older in any::<bool>(),
     ) {
         let mut bytes = if older { OLDER } else { VALID }.as_bytes().to_vec();
-        for (at, value, kind) in edits {
-            if bytes.is_empty() {
-                break;
-            }
-            let at = at.index(bytes.len());
-            match kind {
-                0 => bytes[at] = value,
-                1 => drop(bytes.remove(at)),
-                _ => bytes.truncate(at.max(1)),
-            }
-        }
+        edit(&mut bytes, edits);
         text(&bytes);
+    }
+
+    #[test]
+    fn mutated_ply_files(
+        binary in any::<bool>(),
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0u8..3), 0..8)
+    ) {
+        let mut bytes = valid_ply(binary);
+        edit(&mut bytes, edits);
+        ply(&bytes);
     }
 
     #[test]

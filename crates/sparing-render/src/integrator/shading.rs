@@ -47,7 +47,7 @@ impl Scene {
         let needs = Needs::from_bits_retain(NEEDS);
         let front = surface.ng.dot(wo) >= 0.0;
         let material_id = self.shapes[shape as usize].material;
-        let input = ShadingInput { uv: surface.texture_point(), front, choice };
+        let input = ShadingInput { uv: surface.texture_point(), front, choice, color: surface.color };
         let (bsdf, material) = self.materials.bsdf(material_id, &self.textures, input);
         let mut ns = surface.ns;
         if needs.contains(Needs::NORMAL_MAPS) && (material.normal_map.is_some() || material.bump.is_some()) {

@@ -129,9 +129,9 @@ impl EnvironmentMap {
             // Longitude wraps round, latitude does not.
             Wrap::Repeat => self.image.bilinear(
                 [u, 1.0 - v.clamp(0.5 / self.image.height() as f32, 1.0 - 0.5 / self.image.height() as f32)],
-                wrap,
+                [wrap; 2],
             ),
-            _ => self.image.bilinear([u, 1.0 - v], wrap),
+            _ => self.image.bilinear([u, 1.0 - v], [wrap; 2]),
         })
     }
 

@@ -1,6 +1,7 @@
 //! Materials of a scene, compiled: what does not vary over a surface is computed once.
 
 use super::coated_diffuse::CoatTable;
+use super::metallic_roughness::Inputs;
 use super::{
     Bsdf, CoatedConductor, Conductor, Dielectric, Diffuse, DiffuseTransmission, Mirror, OrenNayar, Substrate,
     ThinDielectric, Uber,
@@ -21,6 +22,8 @@ pub struct ShadingInput {
     pub front: bool,
     /// Uniform in [0, 1): which material of a mix.
     pub choice: f32,
+    /// Colour of the vertices around, white where they have none.
+    pub color: Vec3,
 }
 
 /// A compiled material.
@@ -82,6 +85,7 @@ enum Model {
         eta: f32,
         coat_roughness: Roughness,
     },
+    MetallicRoughness(Box<Inputs>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -199,6 +203,11 @@ impl MaterialTable {
                     }
                 }
             }
+            Model::MetallicRoughness(inputs) => {
+                needs |= Needs::CHOICE;
+                needs.set(Needs::TRANSMISSION, inputs.is_transmissive());
+                needs.set(Needs::VERTEX_COLORS, inputs.uses_vertex_colors());
+            }
             _ => needs |= Needs::CHOICE,
         }
         needs
@@ -299,6 +308,10 @@ impl Model {
                 let materials = [materials[0].0, materials[1].0];
                 return Self::Mix { materials, amount: textures.scalar(*amount) };
             }
+            MaterialKind::MetallicRoughness(m) => {
+                let inputs = Inputs::new(m, textures);
+                (Self::MetallicRoughness(Box::new(inputs)), inputs.is_constant())
+            }
             MaterialKind::Interface => return Self::Fixed([Bsdf::Interface; 2]),
             MaterialKind::OrenNayar { reflectance, sigma } => {
                 let (reflectance, sigma) = (color(reflectance), textures.scalar(*sigma));
@@ -329,7 +342,8 @@ impl Model {
         };
         if is_fixed {
             let at = |front| {
-                model.bsdf(textures, ShadingInput { uv: TexturePoint::default(), front, choice: 0.0 })
+                let uv = TexturePoint::default();
+                model.bsdf(textures, ShadingInput { uv, front, choice: 0.0, color: Vec3::ONE })
             };
             return Self::Fixed([at(true), at(false)]);
         }
@@ -399,6 +413,7 @@ impl Model {
                     ggx: roughness.ggx(textures, uv),
                 })
             }
+            Self::MetallicRoughness(inputs) => inputs.bsdf(textures, input),
             Self::Mix { .. } => Bsdf::Interface, // resolved by MaterialTable::bsdf
         }
     }

@@ -11,6 +11,7 @@ pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
 pub mod fresnel;
+pub mod metallic_roughness;
 pub mod microfacet;
 pub mod mirror;
 pub mod oren_nayar;
@@ -27,6 +28,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use material::{Material, MaterialTable, ShadingInput};
+pub use metallic_roughness::MetallicRoughness;
 pub use mirror::Mirror;
 pub use oren_nayar::OrenNayar;
 pub use substrate::Substrate;
@@ -89,6 +91,8 @@ pub enum Bsdf {
     Substrate(Substrate),
     /// Coated metal.
     CoatedConductor(CoatedConductor),
+    /// glTF's metal, plastic and thin glass.
+    MetallicRoughness(MetallicRoughness),
 }
 
 impl Bsdf {
@@ -115,6 +119,7 @@ impl Bsdf {
             Self::Uber(b) => b.eval(wo, wi),
             Self::Substrate(b) => b.eval(wo, wi),
             Self::CoatedConductor(b) => b.eval(wo, wi),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
             Self::ThinDielectric(_) | Self::Interface | Self::Mirror(_) => Evaluation::ZERO,
         }
     }
@@ -144,6 +149,7 @@ impl Bsdf {
             Self::Uber(b) => b.sample(wo, lobe, u),
             Self::Substrate(b) => b.sample(wo, lobe, u),
             Self::CoatedConductor(b) => b.sample(wo, lobe, u),
+            Self::MetallicRoughness(b) => b.sample(wo, lobe, u),
             Self::Interface => Some(BsdfSample { wi: -wo, weight: Vec3::ONE, pdf: 1.0, is_delta: true }),
         }
     }
@@ -159,6 +165,7 @@ impl Bsdf {
             Self::OrenNayar(_) | Self::Substrate(_) => false,
             Self::Uber(b) => b.is_all_delta(),
             Self::CoatedConductor(b) => b.coat.is_smooth() && b.ggx.is_smooth(),
+            Self::MetallicRoughness(b) => b.is_all_delta(),
             Self::ThinDielectric(_) | Self::Interface | Self::Mirror(_) => true,
         }
     }
@@ -187,6 +194,7 @@ impl Bsdf {
             | Self::DiffuseTransmission(_)
             | Self::Interface => true,
             Self::Uber(b) => b.transmission != Vec3::ZERO,
+            Self::MetallicRoughness(b) => b.is_transmissive(),
             _ => false,
         }
     }
@@ -205,6 +213,7 @@ impl Bsdf {
             Self::Uber(b) => (b.diffuse + b.transmission).min(Vec3::ONE),
             Self::Substrate(b) => b.diffuse * (Vec3::ONE - b.specular) + b.specular,
             Self::CoatedConductor(b) => fresnel::conductor(1.0, b.eta, b.k),
+            Self::MetallicRoughness(b) => b.base_color,
         }
     }
 }

@@ -16,7 +16,7 @@ pub use camera::{
     Camera, FilmSettings, IntegratorSettings, PixelFilter, Projection, SamplerKind, SamplerSettings,
 };
 pub use light::{EnvironmentImage, Light, SphereMapping};
-pub use material::{Conductor, Material, MaterialKind, Roughness};
+pub use material::{Conductor, Material, MaterialKind, MetallicRoughness, Roughness};
 pub use procedural::{Noise, Projection as TextureProjection, ScalarFunction};
 pub use shape::{Emission, Geometry, Instance, ObjectDefinition, QuadMesh, Shape, TriangleMesh};
 pub use texture::{ColorInput, FloatInput, Image, ImageSource, Texture, TextureEncoding, UvMapping, Wrap};

@@ -53,6 +53,12 @@ pub enum TextureEncoding {
     Gamma(f32),
     /// Linear, and the value is the alpha channel (or the mean of RGB where there is none).
     Alpha,
+    /// Linear, and the value is the red channel.
+    Red,
+    /// Linear, and the value is the green channel.
+    Green,
+    /// Linear, and the value is the blue channel.
+    Blue,
 }
 
 /// A picture that textures or lights use; decoded by the renderer, once.
@@ -78,18 +84,21 @@ pub enum ImageSource {
     },
 }
 
-/// u' = scale * u + offset, applied to the surface's texture coordinates.
+/// u' = scale[0] u + cross[0] v + offset[0] and v' = cross[1] u + scale[1] v + offset[1], applied to the surface's
+/// texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
     /// Factors.
     pub scale: [f32; 2],
     /// Added after scaling.
     pub offset: [f32; 2],
+    /// Factors of the other coordinate: rotations.
+    pub cross: [f32; 2],
 }
 
 impl Default for UvMapping {
     fn default() -> Self {
-        Self { scale: [1.0; 2], offset: [0.0; 2] }
+        Self { scale: [1.0; 2], offset: [0.0; 2], cross: [0.0; 2] }
     }
 }
 
@@ -104,8 +113,8 @@ pub enum Texture {
         image: ImageId,
         /// Coordinates.
         mapping: UvMapping,
-        /// Outside 0..1.
-        wrap: Wrap,
+        /// Outside 0..1, along u and along v.
+        wrap: [Wrap; 2],
         /// Factor on the value.
         scale: f32,
         /// value -> 1 - value, before the factor.

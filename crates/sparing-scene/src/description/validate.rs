@@ -86,7 +86,8 @@ impl SceneDescription {
         match texture {
             Texture::Constant(value) => self.color(ColorInput::Constant(*value), index),
             Texture::Image { image, mapping, scale, .. } => {
-                let numbers = mapping.scale.iter().chain(&mapping.offset).chain([scale]);
+                let numbers =
+                    mapping.scale.iter().chain(&mapping.offset).chain(&mapping.cross).chain([scale]);
                 if !numbers.copied().all(f32::is_finite) {
                     return Err("its mapping is not finite".to_owned());
                 }
@@ -183,6 +184,14 @@ impl SceneDescription {
                     Conductor::Reflectance(color) => self.color(*color, all),
                 }
             }
+            MaterialKind::MetallicRoughness(m) => {
+                if !(m.eta.is_finite() && m.eta >= 0.0) {
+                    return Err(format!("index of refraction {}", m.eta));
+                }
+                [m.base_color, m.specular_color].into_iter().try_for_each(|color| self.color(color, all))?;
+                let numbers = [m.metallic, m.roughness, m.specular, m.transmission, m.clearcoat];
+                numbers.into_iter().chain([m.clearcoat_roughness]).try_for_each(|n| self.float(n, all))
+            }
         }
     }
 
@@ -231,9 +240,13 @@ impl SceneDescription {
         if let Some(alpha) = shape.alpha {
             self.float(alpha, all)?;
         }
+        if shape.alpha_cutoff.is_some_and(|cutoff| !cutoff.is_finite()) {
+            return Err("its cut-off is not finite".to_owned());
+        }
         match &shape.geometry {
             Geometry::Triangles(mesh) => {
                 let indices = mesh.indices.as_flattened();
+                check_colors(mesh.colors.as_deref(), mesh.positions.len())?;
                 check_mesh(&mesh.positions, indices, mesh.normals.as_deref(), mesh.uvs.as_deref())
             }
             Geometry::Quads(mesh) => {
@@ -288,6 +301,19 @@ fn invalid(message: String) -> SceneError {
 
 fn texture_below(id: TextureId, below: usize) -> Result<(), String> {
     if (id.0 as usize) < below { Ok(()) } else { Err(format!("texture {} is not before it", id.0)) }
+}
+
+fn check_colors(colors: Option<&[[f32; 4]]>, count: usize) -> Result<(), String> {
+    let Some(colors) = colors else { return Ok(()) };
+    if colors.len() != count {
+        return Err("vertex colours do not match the vertices".to_owned());
+    }
+    let fine = |v: &f32| v.is_finite() && *v >= 0.0;
+    if colors.as_flattened().iter().all(fine) {
+        Ok(())
+    } else {
+        Err("a vertex colour is out of range".to_owned())
+    }
 }
 
 fn check_mesh(

@@ -1,9 +1,8 @@
 //! Wavefront OBJ with MTL materials, read through `tobj`.
 //!
 //! Faces become triangles (fans), one mesh for each group and material. Where a group lacks normals at any of
-//! its vertices it is shaded flat. An OBJ file alone has no camera and perhaps no light: see [`framing`].
+//! its vertices it is shaded flat. An OBJ file alone has no camera and perhaps no light: see [`crate::model`].
 
-mod framing;
 mod lines;
 mod mtl;
 #[cfg(test)]
@@ -11,15 +10,13 @@ mod tests;
 
 pub(crate) use mtl::add_materials;
 
-use crate::description::{
-    ColorInput, Geometry, Material, MaterialId, MaterialKind, SceneDescription, Shape, TriangleMesh,
-};
+use crate::description::{Geometry, SceneDescription, Shape, TriangleMesh};
 use crate::error::{ErrorKind, SceneError};
 use crate::images::ImageTable;
+use crate::model;
 use crate::options::LoadOptions;
 use crate::source::{self, SourceFile};
 use crate::warnings::Warnings;
-use glam::Vec3;
 use lines::LineReader;
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
@@ -50,51 +47,19 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         let own = part.material.and_then(|index| materials.get(index));
         let material = match own {
             Some(own) => own.material,
-            None => *default.get_or_insert_with(|| add_default_material(&mut scene)),
+            None => *default.get_or_insert_with(|| model::add_default_material(&mut scene)),
         };
-        let Some(mesh) = without_slivers(part.mesh, &mut warnings, path) else { continue };
+        let Some(mesh) = model::without_slivers(part.mesh, &mut warnings, path) else { continue };
         scene.shapes.push(Shape {
             geometry: Geometry::Triangles(mesh),
             material,
             emission: own.and_then(|own| own.emission.clone()),
             alpha: own.and_then(|own| own.alpha),
+            alpha_cutoff: None,
             reverse_orientation: false,
         });
     }
-    if scene.shapes.is_empty() {
-        let error = SceneError::new(ErrorKind::Invalid, "nothing to render: no triangles with an area");
-        return Err(error.in_file(path));
-    }
-    framing::frame(&mut scene);
-    scene.warnings = warnings.into_vec();
-    Ok(scene)
-}
-
-fn add_default_material(scene: &mut SceneDescription) -> MaterialId {
-    scene.materials.push(Material {
-        name: "default".to_owned(),
-        kind: MaterialKind::Diffuse { reflectance: ColorInput::Constant(Vec3::splat(0.5)) },
-        normal_map: None,
-        bump: None,
-    });
-    MaterialId((scene.materials.len() - 1) as u32)
-}
-
-/// Drops triangles without area; `None` if none is left.
-fn without_slivers(mut mesh: TriangleMesh, warnings: &mut Warnings, path: &Path) -> Option<TriangleMesh> {
-    let before = mesh.indices.len();
-    let positions = &mesh.positions;
-    mesh.indices.retain(|t| {
-        let [a, b, c] = t.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
-        (b - a).cross(c - a).length_squared() > 0.0
-    });
-    let dropped = before - mesh.indices.len();
-    if dropped > 0 {
-        let place = path.display();
-        warnings
-            .add(format!("{place}: {dropped} of {before} triangles of a group have no area and are dropped"));
-    }
-    (!mesh.indices.is_empty()).then_some(mesh)
+    model::finish(scene, warnings, path)
 }
 
 /// Reads an OBJ file and the MTL files it names.
@@ -179,5 +144,5 @@ fn convert(
     let normals = complete(normals.len(), "normal", "it is shaded flat").then(|| normals.to_vec());
     let uvs = complete(uvs.len(), "texture coordinates", "it has none").then(|| uvs.to_vec());
     let indices = mesh.indices.as_chunks::<3>().0.to_vec();
-    Ok(TriangleMesh { positions, indices, normals, uvs })
+    Ok(TriangleMesh { positions, indices, normals, uvs, ..TriangleMesh::default() })
 }

@@ -119,7 +119,7 @@ struct Adder<'a> {
 struct MapReference {
     path: PathBuf,
     mapping: UvMapping,
-    wrap: Wrap,
+    wrap: [Wrap; 2],
     strength: f32,
 }
 
@@ -232,7 +232,7 @@ impl Adder<'_> {
         let mut reference = MapReference {
             path: PathBuf::new(),
             mapping: UvMapping::default(),
-            wrap: Wrap::Repeat,
+            wrap: [Wrap::Repeat; 2],
             strength: 1.0,
         };
         while let Some(option) = words.next_if(|word| word.starts_with('-') && word.len() > 1) {
@@ -256,7 +256,7 @@ impl Adder<'_> {
                     let value = words.next().and_then(|word| word.parse::<f32>().ok());
                     reference.strength = value.filter(|v| v.is_finite()).unwrap_or(1.0);
                 }
-                "-clamp" if words.next() == Some("on") => reference.wrap = Wrap::Clamp,
+                "-clamp" if words.next() == Some("on") => reference.wrap = [Wrap::Clamp; 2],
                 "-clamp" => {}
                 "-mm" => {
                     words.next();

@@ -12,11 +12,11 @@ use std::rc::Rc;
 pub(super) struct AreaLight {
     /// Radiance with `scale`, before `power`.
     pub radiance: glam::Vec3,
+    /// A texture in place of that: an own extension.
+    pub texture: Option<crate::description::ColorInput>,
     /// Total power in W that the shape must emit, if asked for.
     pub power: Option<f32>,
     pub two_sided: bool,
-    /// Picture that takes the place of `radiance`.
-    pub picture: Option<crate::description::TextureId>,
     pub span: Span,
 }
 

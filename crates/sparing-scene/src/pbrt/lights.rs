@@ -9,10 +9,11 @@
 use super::Builder;
 use super::dialect::Dialect;
 use super::graphics_state::AreaLight;
-use super::params::ParamList;
+use super::params::{ParamList, ParamType};
 use super::spectrum::Quantity;
 use crate::description::{
-    EnvironmentImage, ImageId, Light, SphereMapping, Texture, TextureEncoding, TextureId, UvMapping, Wrap,
+    ColorInput, EnvironmentImage, ImageId, Light, SphereMapping, Texture, TextureEncoding, TextureId,
+    UvMapping, Wrap,
 };
 use crate::error::{ErrorKind, SceneError, did_you_mean};
 use crate::source::Span;
@@ -249,13 +250,18 @@ impl Builder<'_> {
             let error = SceneError::new(ErrorKind::Unknown, format!("there is no area light type `{ty}`"));
             return Err(error.at(at).help("the only type is `diffuse`"));
         }
-        let radiance = self.strength(&params, "L")?;
+        let is_texture = params.get("L").is_some_and(|param| param.ty == ParamType::Texture);
         let power = Self::target(&params, "power")?;
-        let picture = self.light_picture(&params, at, power)?;
+        let texture = match self.light_picture(&params, at, power)? {
+            Some(picture) => Some(ColorInput::Texture(picture)),
+            None if is_texture => Some(self.color_input(&params, "L", Vec3::ZERO, Quantity::Unbounded)?),
+            None => None,
+        };
+        let radiance = if texture.is_some() { Vec3::ONE } else { self.strength(&params, "L")? };
         let two_sided = params.bool("twosided")?.unwrap_or(false);
         params.ignore(&["nsamples", "samples"]);
         params.warn_unused("the area light", &mut self.warnings);
-        self.state.area_light = Some(AreaLight { radiance, power, two_sided, picture, span: at.clone() });
+        self.state.area_light = Some(AreaLight { radiance, texture, power, two_sided, span: at.clone() });
         Ok(())
     }
 
@@ -275,7 +281,7 @@ impl Builder<'_> {
         }
         let scale = params.float_where("scale", 1.0, "not negative", |s| s >= 0.0)?;
         let mapping = UvMapping::default();
-        let texture = Texture::Image { image, mapping, wrap: Wrap::Clamp, scale, invert: false };
+        let texture = Texture::Image { image, mapping, wrap: [Wrap::Clamp; 2], scale, invert: false };
         self.add_texture(texture).map(Some)
     }
 }

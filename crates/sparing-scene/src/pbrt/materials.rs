@@ -4,7 +4,7 @@
 //! on refracted light. Dispersion is not modelled: a spectral index of refraction becomes its mean.
 
 use super::Builder;
-use super::params::ParamList;
+use super::params::{ParamList, ParamType};
 use super::spectrum::{self, Quantity};
 use crate::description::{
     ColorInput, Conductor, FloatInput, Material, MaterialId, MaterialKind, Roughness, Texture,
@@ -24,6 +24,7 @@ const TYPES: &[&str] = &[
     "diffusetransmission",
     "mix",
     "interface",
+    "metallicroughness",
 ];
 /// Types that a simpler material stands in for.
 const STAND_INS: &[(&str, &str)] = &[("subsurface", "diffuse"), ("hair", "diffuse"), ("measured", "diffuse")];
@@ -37,14 +38,23 @@ impl Builder<'_> {
         mut params: ParamList,
     ) -> Result<MaterialId, SceneError> {
         params.add_defaults(&self.state.material_defaults);
-        let normal_map = match params.string("normalmap")? {
-            None => None,
-            Some(_) => {
+        let is_texture = params.get("normalmap").is_some_and(|param| param.ty == ParamType::Texture);
+        let normal_map = match (is_texture, params.get("normalmap")) {
+            (_, None) => None,
+            // An own extension: any texture.
+            (true, _) => match self.color_input(&params, "normalmap", Vec3::ZERO, Quantity::Unbounded)? {
+                ColorInput::Texture(id) => Some(id),
+                constant @ ColorInput::Constant(_) => {
+                    let flat = Texture::Scale { a: constant, b: ColorInput::Constant(Vec3::ONE) };
+                    Some(self.add_texture(flat)?)
+                }
+            },
+            (false, Some(_)) => {
                 let image = self.image(&params, "normalmap", TextureEncoding::Linear, at)?;
                 let texture = Texture::Image {
                     image,
                     mapping: UvMapping::default(),
-                    wrap: Wrap::Repeat,
+                    wrap: [Wrap::Repeat; 2],
                     scale: 1.0,
                     invert: false,
                 };
@@ -118,6 +128,7 @@ impl Builder<'_> {
             "mix" if params.get("namedmaterial1").is_some() => self.old_mix(at, params)?,
             "mix" => self.mix(at, params)?,
             "interface" | "none" | "" => MaterialKind::Interface,
+            "metallicroughness" => self.metallic_roughness(params)?,
             other => {
                 if let Some((_, stand_in)) = STAND_INS.iter().find(|(name, _)| *name == other) {
                     let message = format!("material `{other}` is not supported: `{stand_in}` instead");

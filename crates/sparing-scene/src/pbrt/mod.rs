@@ -17,6 +17,7 @@ mod graphics_state;
 mod lights;
 mod materials;
 mod mesh;
+mod metallic_roughness;
 mod old_lights;
 mod old_materials;
 mod params;
@@ -32,7 +33,8 @@ mod tokenizer;
 mod values;
 mod write;
 
-pub(crate) use write::save;
+pub use write::{PbrtFiles, PbrtOptions};
+pub(crate) use write::{files, save};
 
 use crate::description::{ColorInput, FloatInput, MaterialId, PixelFilter, SceneDescription};
 use crate::error::{ErrorKind, SceneError};
@@ -77,6 +79,8 @@ struct Builder<'o> {
     objects: HashMap<String, u32>,
     /// Opacity of the shape being made.
     alpha: Option<FloatInput>,
+    /// Where that is a threshold.
+    alpha_cutoff: Option<f32>,
     /// Material of the mesh being made, where the mesh has its own.
     mesh_material: Option<MaterialId>,
     /// The object being defined.
@@ -128,6 +132,7 @@ fn load_source(
         default_material: None,
         objects: HashMap::new(),
         alpha: None,
+        alpha_cutoff: None,
         mesh_material: None,
         object: None,
         in_world: false,

@@ -160,6 +160,7 @@ impl Builder<'_> {
         let uv = UvMapping {
             scale: [number("uscale", 1.0)?, number("vscale", 1.0)?],
             offset: [number("udelta", 0.0)?, number("vdelta", 0.0)?],
+            cross: [number("uperv", 0.0)?, number("vperu", 0.0)?],
         };
         let old = self.dialect != Dialect::V4;
         let projection = match params.string("mapping")? {

@@ -11,8 +11,8 @@ use crate::source::Span;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-const TYPES: &[&str] = &["trianglemesh", "bilinearmesh", "sphere", "disk", "cylinder", "objmesh"];
-const LATER: &[&str] = &["plymesh", "curve", "loopsubdiv"];
+const TYPES: &[&str] = &["trianglemesh", "bilinearmesh", "sphere", "disk", "cylinder", "objmesh", "plymesh"];
+const LATER: &[&str] = &["curve", "loopsubdiv"];
 
 impl Builder<'_> {
     /// `Shape "type" parameters`.
@@ -22,6 +22,7 @@ impl Builder<'_> {
             FloatInput::Constant(alpha) if alpha >= 1.0 => None,
             alpha => Some(alpha),
         };
+        self.alpha_cutoff = params.float("alphacutoff")?;
         match ty {
             "trianglemesh" => self.triangle_mesh(at, &params)?,
             "bilinearmesh" => self.bilinear_mesh(at, &params)?,
@@ -33,6 +34,11 @@ impl Builder<'_> {
                 self.add_mesh(mesh, at)?;
             }
             "objmesh" => self.obj_mesh(at, &params)?,
+            "plymesh" => {
+                let path = self.required_file(&params, "filename", at)?;
+                let mesh = crate::ply::load(&path, self.options, &mut self.warnings)?;
+                self.add_mesh(mesh, at)?;
+            }
             other if LATER.contains(&other) => {
                 let message = format!("shapes of type `{other}` are not supported yet");
                 let error = SceneError::new(ErrorKind::Unsupported, message).at(at);
@@ -58,6 +64,9 @@ impl Builder<'_> {
             self.warnings.at(at, "shapes inside an object definition do not emit light");
             return None;
         }
+        if let Some(radiance) = light.texture {
+            return Some(Emission { radiance, two_sided: light.two_sided });
+        }
         let mut radiance = light.radiance;
         if let Some(power) = light.power {
             let sides = if light.two_sided { 2.0 } else { 1.0 };
@@ -67,7 +76,7 @@ impl Builder<'_> {
             self.warnings.at(&light.span, "the radiance of this light is not finite: it is ignored");
             return None;
         }
-        let radiance = light.picture.map_or(ColorInput::Constant(radiance), ColorInput::Texture);
+        let radiance = ColorInput::Constant(radiance);
         Some(Emission { radiance, two_sided: light.two_sided })
     }
 
@@ -77,7 +86,7 @@ impl Builder<'_> {
         let indices = indices::<3>(params, count, [0, 1, 2], at)?;
         params.ignore(&["S", "faceIndices"]);
         let Vertices { positions, normals, uvs } = vertices;
-        self.add_mesh(TriangleMesh { positions, indices, normals, uvs }, at)
+        self.add_mesh(TriangleMesh { positions, indices, normals, uvs, ..TriangleMesh::default() }, at)
     }
 
     /// pbrt orders a patch's vertices (u, v) = (0,0), (1,0), (0,1), (1,1); a quad goes round.

@@ -144,17 +144,8 @@ impl Builder<'_> {
         mapping: UvMapping,
     ) -> Result<Texture, SceneError> {
         let encoding = self.encoding(params)?;
-        let wrap = match params.string("wrap")? {
-            None | Some(("repeat", _)) => Wrap::Repeat,
-            Some(("clamp", _)) => Wrap::Clamp,
-            Some(("black", _)) => Wrap::Black,
-            Some(("mirror", _)) => Wrap::Mirror,
-            Some((text, param)) => {
-                return Err(param
-                    .value_error(0, format!("there is no wrap mode `{text}`"))
-                    .help("wrap modes are repeat, clamp, black and mirror"));
-            }
-        };
+        let wrap = wrap_mode(params, "wrap")?.unwrap_or(Wrap::Repeat);
+        let wrap = [wrap, wrap_mode(params, "wrapv")?.unwrap_or(wrap)];
         let image = self.image(params, "filename", encoding, class_span)?;
         let scale = params.float("scale")?.unwrap_or(1.0);
         let invert = params.bool("invert")?.unwrap_or(false);
@@ -166,6 +157,7 @@ impl Builder<'_> {
         if self.dialect == Dialect::V2 {
             // Version 2 has v = 0 at the top of a picture.
             mapping.scale[1] = -mapping.scale[1];
+            mapping.cross[1] = -mapping.cross[1];
             mapping.offset[1] = 1.0 - mapping.offset[1];
         }
         Ok(Texture::Image { image, mapping, wrap, scale, invert })
@@ -179,13 +171,16 @@ impl Builder<'_> {
                 "sRGB" => Ok(TextureEncoding::Srgb),
                 "linear" => Ok(TextureEncoding::Linear),
                 "alpha" => Ok(TextureEncoding::Alpha),
+                "red" => Ok(TextureEncoding::Red),
+                "green" => Ok(TextureEncoding::Green),
+                "blue" => Ok(TextureEncoding::Blue),
                 _ => {
                     let gamma = text.strip_prefix("gamma").and_then(|rest| rest.trim().parse::<f32>().ok());
                     match gamma {
                         Some(gamma) if gamma > 0.0 && gamma.is_finite() => Ok(TextureEncoding::Gamma(gamma)),
                         _ => Err(param
                             .value_error(0, format!("there is no encoding `{text}`"))
-                            .help("encodings are sRGB, linear, `gamma 2.2` and alpha")),
+                            .help("encodings are sRGB, linear, `gamma 2.2`, alpha, red, green and blue")),
                     }
                 }
             };
@@ -303,6 +298,21 @@ impl Builder<'_> {
             .at(&param.value_span(0))
             .maybe_help(did_you_mean(name, known.map(String::as_str)))
     }
+}
+
+fn wrap_mode(params: &ParamList, name: &str) -> Result<Option<Wrap>, SceneError> {
+    Ok(Some(match params.string(name)? {
+        None => return Ok(None),
+        Some(("repeat", _)) => Wrap::Repeat,
+        Some(("clamp", _)) => Wrap::Clamp,
+        Some(("black", _)) => Wrap::Black,
+        Some(("mirror", _)) => Wrap::Mirror,
+        Some((text, param)) => {
+            return Err(param
+                .value_error(0, format!("there is no wrap mode `{text}`"))
+                .help("wrap modes are repeat, clamp, black and mirror"));
+        }
+    }))
 }
 
 fn texture_name(param: &Param) -> Result<&str, SceneError> {

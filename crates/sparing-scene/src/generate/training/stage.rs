@@ -117,5 +117,12 @@ impl Stage {
 
 /// A shape that does not emit.
 pub(super) fn shape(geometry: impl Into<Geometry>, material: MaterialId) -> Shape {
-    Shape { geometry: geometry.into(), material, emission: None, alpha: None, reverse_orientation: false }
+    Shape {
+        geometry: geometry.into(),
+        material,
+        emission: None,
+        alpha: None,
+        alpha_cutoff: None,
+        reverse_orientation: false,
+    }
 }

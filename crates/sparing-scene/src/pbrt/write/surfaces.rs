@@ -1,10 +1,10 @@
 //! Textures, materials, shapes and their placements.
 
-use super::text::{color, number, numbers};
+use super::text::{color, number, numbers, quoted};
 use super::{Writer, procedural, unsupported};
 use crate::description::{
-    ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, Roughness, Shape, Texture,
-    TextureEncoding, TextureId, UvMapping, Wrap,
+    ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, MetallicRoughness, Roughness, Shape,
+    Texture, TextureEncoding, TextureId, TriangleMesh, UvMapping, Wrap,
 };
 use crate::error::SceneError;
 use glam::{Mat3, Mat4, Vec3};
@@ -35,18 +35,30 @@ fn roughness(roughness: &Roughness) -> String {
 
 pub(super) fn mapping(mapping: &UvMapping) -> String {
     let ([su, sv], [du, dv]) = (mapping.scale, mapping.offset);
-    number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv)
+    let [uv, vu] = mapping.cross;
+    let cross =
+        if mapping.cross == [0.0; 2] { String::new() } else { number("uperv", uv) + &number("vperu", vu) };
+    number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv) + &cross
 }
 
-impl Writer<'_> {
-    /// Textures that are normal maps or pictures of lights and nothing else: they are written with their users.
-    fn written_elsewhere(&self) -> HashSet<TextureId> {
+/// Repetition outside 0..1 along u and v.
+fn wraps([u, v]: [Wrap; 2]) -> String {
+    let name = |wrap: Wrap| match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Clamp => "clamp",
+        Wrap::Black => "black",
+        Wrap::Mirror => "mirror",
+    };
+    let second = if u == v { String::new() } else { format!(" \"string wrapv\" \"{}\"", name(v)) };
+    format!(" \"string wrap\" \"{}\"{second}", name(u))
+}
+
+impl<'a> Writer<'a> {
+    /// Textures that are normal maps and nothing else: they are written with their materials.
+    fn only_normal_maps(&self) -> HashSet<TextureId> {
         let scene = self.scene;
-        let mut only: HashSet<TextureId> = scene.materials.iter().filter_map(|m| m.normal_map).collect();
-        only.extend(scene.shapes.iter().filter_map(|shape| match shape.emission.as_ref()?.radiance {
-            ColorInput::Texture(id) => Some(id),
-            ColorInput::Constant(_) => None,
-        }));
+        let maps = scene.materials.iter().filter_map(|m| m.normal_map);
+        let mut only: HashSet<TextureId> = maps.filter(|id| self.plain_picture(*id).is_some()).collect();
         let mut used = Vec::new();
         let mut color = |input: &ColorInput| {
             if let ColorInput::Texture(id) = input {
@@ -81,6 +93,12 @@ impl Writer<'_> {
                     [reflectance, transmittance].into_iter().for_each(&mut color);
                 }
                 MaterialKind::Mix { amount, .. } => color(&float(amount)),
+                MaterialKind::MetallicRoughness(m) => {
+                    [m.base_color, m.specular_color].iter().for_each(&mut color);
+                    let numbers = [m.metallic, m.roughness, m.specular, m.transmission, m.clearcoat];
+                    let numbers = numbers.iter().chain([&m.clearcoat_roughness]);
+                    numbers.for_each(|number| color(&float(number)));
+                }
                 MaterialKind::ThinDielectric { .. } | MaterialKind::Interface => {}
                 MaterialKind::OrenNayar { reflectance, sigma } => {
                     [reflectance, &float(sigma)].into_iter().for_each(&mut color);
@@ -107,6 +125,7 @@ impl Writer<'_> {
         let objects = scene.objects.iter().flat_map(|object| &object.shapes);
         for shape in scene.shapes.iter().chain(objects) {
             shape.alpha.iter().for_each(|alpha| color(&float(alpha)));
+            shape.emission.iter().for_each(|emission| color(&emission.radiance));
         }
         used.iter().for_each(|id| {
             only.remove(id);
@@ -115,7 +134,7 @@ impl Writer<'_> {
     }
 
     pub fn textures(&mut self) -> Result<(), SceneError> {
-        let skip = self.written_elsewhere();
+        let skip = self.only_normal_maps();
         for (i, texture) in self.scene.textures.iter().enumerate() {
             let id = TextureId(i as u32);
             if skip.contains(&id) {
@@ -130,16 +149,13 @@ impl Writer<'_> {
                         TextureEncoding::Linear => " \"string encoding\" \"linear\"".to_owned(),
                         TextureEncoding::Gamma(gamma) => format!(" \"string encoding\" \"gamma {gamma}\""),
                         TextureEncoding::Alpha => " \"string encoding\" \"alpha\"".to_owned(),
+                        TextureEncoding::Red => " \"string encoding\" \"red\"".to_owned(),
+                        TextureEncoding::Green => " \"string encoding\" \"green\"".to_owned(),
+                        TextureEncoding::Blue => " \"string encoding\" \"blue\"".to_owned(),
                     };
-                    let wrap = match wrap {
-                        Wrap::Repeat => "repeat",
-                        Wrap::Clamp => "clamp",
-                        Wrap::Black => "black",
-                        Wrap::Mirror => "mirror",
-                    };
+                    let wrap = wraps(*wrap);
                     let file = format!(" \"string filename\" {}", self.pictures[image.0 as usize]);
                     let further = number("scale", *scale) + &mapping(uv);
-                    let wrap = format!(" \"string wrap\" \"{wrap}\"");
                     format!("\"imagemap\"{file}{encoding}{wrap} \"bool invert\" {invert}{further}")
                 }
                 Texture::Checkerboard { mapping: uv, even, odd } => {
@@ -166,14 +182,13 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub fn materials(&mut self) -> Result<(), SceneError> {
+    pub fn materials(&mut self) {
         for (i, material) in self.scene.materials.iter().enumerate() {
             let kind = self.material_kind(material);
-            let maps = self.maps(material)?;
+            let maps = self.maps(material);
             let name = &self.names.materials[i];
             self.out.line(&format!("MakeNamedMaterial {name} \"string type\" {kind}{maps}"));
         }
-        Ok(())
     }
 
     fn material_kind(&self, material: &Material) -> String {
@@ -232,39 +247,40 @@ impl Writer<'_> {
                 let remap = format!(" \"bool remaproughness\" {}", r.remap);
                 format!("\"coatedconductor\"{substance}{rough}{coat}{}{remap}", number("interface.eta", *eta))
             }
+            MaterialKind::MetallicRoughness(m) => metallic_roughness(m),
         }
     }
 
-    fn maps(&self, material: &Material) -> Result<String, SceneError> {
+    /// The file of a texture that is a linear picture and nothing else, as pbrt wants normal maps.
+    fn plain_picture(&self, id: TextureId) -> Option<&str> {
+        match &self.scene.textures[id.0 as usize] {
+            Texture::Image {
+                image,
+                mapping,
+                wrap: [Wrap::Repeat, Wrap::Repeat],
+                scale: 1.0,
+                invert: false,
+            } if *mapping == UvMapping::default()
+                && self.scene.images[image.0 as usize].encoding == TextureEncoding::Linear =>
+            {
+                Some(&self.pictures[image.0 as usize])
+            }
+            _ => None,
+        }
+    }
+
+    fn maps(&self, material: &Material) -> String {
         let mut text = String::new();
         if let Some(id) = material.normal_map {
-            let plain = |uv: &UvMapping| *uv == UvMapping::default();
-            match &self.scene.textures[id.0 as usize] {
-                Texture::Image { image, mapping, wrap: Wrap::Repeat, scale: 1.0, invert: false }
-                    if plain(mapping)
-                        && self.scene.images[image.0 as usize].encoding == TextureEncoding::Linear =>
-                {
-                    text += &format!(" \"string normalmap\" {}", self.pictures[image.0 as usize]);
-                }
-                _ => return Err(unsupported("a normal map that is not a plain linear picture")),
-            }
+            text += &match self.plain_picture(id) {
+                Some(picture) => format!(" \"string normalmap\" {picture}"),
+                None => format!(" \"texture normalmap\" {}", name(id)),
+            };
         }
         if let Some(id) = material.bump {
             text += &format!(" \"texture displacement\" {}", name(id));
         }
-        Ok(text)
-    }
-
-    /// The picture of an area light; pbrt has no other textures of emission.
-    fn light_picture(&self, id: TextureId) -> Result<String, SceneError> {
-        match &self.scene.textures[id.0 as usize] {
-            Texture::Image { image, mapping, wrap: Wrap::Clamp, scale, invert: false }
-                if *mapping == UvMapping::default() && *scale >= 0.0 =>
-            {
-                Ok(self.surroundings(*image)? + &number("scale", *scale))
-            }
-            _ => Err(unsupported("textured emission")),
-        }
+        text
     }
 
     pub fn shapes(&mut self) -> Result<(), SceneError> {
@@ -292,10 +308,22 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn shape(&mut self, shape: &Shape) -> Result<(), SceneError> {
+    /// A mesh in a file of its own.
+    fn ply_mesh(&mut self, mesh: &'a TriangleMesh) -> Result<String, SceneError> {
+        let Some(folder) = &self.meshes else { return Err(unsupported("the colours of vertices")) };
+        let file = folder.join(format!("mesh-{}.ply", self.files.meshes.len()));
+        let text = format!("\"plymesh\" \"string filename\" {}", quoted(&file.to_string_lossy()));
+        self.files.meshes.push((file, mesh));
+        Ok(text)
+    }
+
+    fn shape(&mut self, shape: &'a Shape) -> Result<(), SceneError> {
         let (frame, geometry) = match &shape.geometry {
             Geometry::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
             Geometry::Quads(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Geometry::Triangles(mesh) if self.meshes.is_some() || mesh.colors.is_some() => {
+                (None, self.ply_mesh(mesh)?)
+            }
             Geometry::Triangles(mesh) => {
                 let vertices = vertices(&mesh.positions, mesh.normals.as_deref(), mesh.uvs.as_deref());
                 let indices = numbers("integer indices", mesh.indices.as_flattened());
@@ -326,18 +354,35 @@ impl Writer<'_> {
             self.out.line("  ReverseOrientation");
         }
         if let Some(emission) = &shape.emission {
-            let radiance = match emission.radiance {
-                ColorInput::Constant(radiance) => color("L", radiance),
-                ColorInput::Texture(id) => self.light_picture(id)?,
-            };
             let sides = if emission.two_sided { " \"bool twosided\" true" } else { "" };
+            let radiance = color_input("L", emission.radiance);
             self.out.line(&format!("  AreaLightSource \"diffuse\"{radiance}{sides}"));
         }
-        let alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
+        let mut alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
+        alpha += &shape.alpha_cutoff.map(|cutoff| number("alphacutoff", cutoff)).unwrap_or_default();
         self.out.line(&format!("  NamedMaterial {}", self.names.materials[shape.material.0 as usize]));
         self.out.line(&format!("  Shape {geometry}{alpha}\nAttributeEnd"));
         Ok(())
     }
+}
+
+fn metallic_roughness(m: &MetallicRoughness) -> String {
+    let colors = [("basecolor", m.base_color), ("specularcolor", m.specular_color)];
+    let numbers = [
+        ("metallic", m.metallic),
+        ("roughness", m.roughness),
+        ("specular", m.specular),
+        ("transmission", m.transmission),
+        ("clearcoat", m.clearcoat),
+        ("clearcoatroughness", m.clearcoat_roughness),
+    ];
+    let mut text = format!("\"metallicroughness\"{}", number("eta", m.eta));
+    text.extend(colors.map(|(name, input)| color_input(name, input)));
+    text.extend(numbers.map(|(name, input)| float_input(name, input)));
+    if m.vertex_colors {
+        text += " \"bool vertexcolors\" true";
+    }
+    text
 }
 
 /// A product: of a texture or colour and a number or texture, or of two of the same kind as before version 4.

@@ -68,6 +68,7 @@ fn add_ground(scene: &mut SceneDescription, center: Vec3, half: f32) {
         material: MaterialId((scene.materials.len() - 1) as u32),
         emission: None,
         alpha: None,
+        alpha_cutoff: None,
         reverse_orientation: false,
     });
 }

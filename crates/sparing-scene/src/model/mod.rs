@@ -1,0 +1,70 @@
+//! What models that come without a scene (OBJ, PLY) get: a material, a camera, light.
+
+mod framing;
+
+use crate::description::{
+    ColorInput, Geometry, Material, MaterialId, MaterialKind, SceneDescription, Shape, TriangleMesh,
+};
+use crate::error::{ErrorKind, SceneError};
+use crate::warnings::Warnings;
+use glam::Vec3;
+use std::path::Path;
+
+/// The material of faces that name none.
+pub(crate) fn add_default_material(scene: &mut SceneDescription) -> MaterialId {
+    scene.materials.push(Material {
+        name: "default".to_owned(),
+        kind: MaterialKind::Diffuse { reflectance: ColorInput::Constant(Vec3::splat(0.5)) },
+        normal_map: None,
+        bump: None,
+    });
+    MaterialId((scene.materials.len() - 1) as u32)
+}
+
+/// Adds an opaque, dark shape.
+pub(crate) fn add_shape(scene: &mut SceneDescription, mesh: TriangleMesh, material: MaterialId) {
+    scene.shapes.push(Shape {
+        geometry: Geometry::Triangles(mesh),
+        material,
+        emission: None,
+        alpha: None,
+        alpha_cutoff: None,
+        reverse_orientation: false,
+    });
+}
+
+/// Drops triangles without area; `None` if none is left.
+pub(crate) fn without_slivers(
+    mut mesh: TriangleMesh,
+    warnings: &mut Warnings,
+    path: &Path,
+) -> Option<TriangleMesh> {
+    let before = mesh.indices.len();
+    let positions = &mesh.positions;
+    mesh.indices.retain(|t| {
+        let [a, b, c] = t.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
+        (b - a).cross(c - a).length_squared() > 0.0
+    });
+    let dropped = before - mesh.indices.len();
+    if dropped > 0 {
+        let place = path.display();
+        warnings
+            .add(format!("{place}: {dropped} of {before} triangles of a group have no area and are dropped"));
+    }
+    (!mesh.indices.is_empty()).then_some(mesh)
+}
+
+/// Gives a model camera and light; one without triangles is an error.
+pub(crate) fn finish(
+    mut scene: SceneDescription,
+    warnings: Warnings,
+    path: &Path,
+) -> Result<SceneDescription, SceneError> {
+    if scene.shapes.is_empty() {
+        let error = SceneError::new(ErrorKind::Invalid, "nothing to render: no triangles with an area");
+        return Err(error.in_file(path));
+    }
+    framing::frame(&mut scene);
+    scene.warnings = warnings.into_vec();
+    Ok(scene)
+}
