@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 PATH=$PATH:${HOME:-/root}/.cargo/bin
 seconds=${1:?usage: scripts/fuzz.sh SECONDS [TARGET...]}
 shift
-[ $# -gt 0 ] || set -- svm_model svm_range svm_data svm_card
+[ $# -gt 0 ] || set -- pbrt_scene svm_model svm_range svm_data svm_card
 data=crates/sparing-svm/tests/data
 
 seed() { # TARGET FILE...: small files make good seeds
@@ -18,6 +18,7 @@ seed() { # TARGET FILE...: small files make good seeds
 }
 for target in "$@"; do
     case $target in
+        pbrt_scene) seed "$target" crates/sparing-scene/tests/malformed/*.pbrt crates/sparing-scene/tests/fixtures/*.pbrt ;;
         svm_model) seed "$target" "$data"/*.model ;;
         svm_range) seed "$target" "$data"/*range.txt ;;
         svm_data)  seed "$target" "$data"/*.queries "$data"/scale-*put.txt ;;

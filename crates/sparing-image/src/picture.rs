@@ -89,6 +89,15 @@ impl Picture {
         if reader.format().is_none() && is_tga {
             reader.set_format(image::ImageFormat::Tga);
         }
+        if let Some(format) = reader.format() {
+            let header = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+            if let Ok((width, height)) = header.into_dimensions()
+                && width.max(height) > MAX_SIDE
+            {
+                let side = width.max(height);
+                return Err(fail(format!("a side of {side} pixels exceeds the limit MAX_SIDE = {MAX_SIDE}")));
+            }
+        }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);

@@ -8,7 +8,13 @@ const VALID: &str = include_str!("fixtures/everything.pbrt");
 const OLDER: &str = include_str!("fixtures/older.pbrt");
 
 fn limits() -> LoadOptions {
-    LoadOptions { max_values: 1000, max_entities: 1000, max_nesting: 20, ..LoadOptions::default() }
+    LoadOptions {
+        max_values: 1000,
+        max_entities: 1000,
+        max_nesting: 20,
+        max_triangles: 20_000,
+        ..LoadOptions::default()
+    }
 }
 
 fn text(text: &[u8]) {

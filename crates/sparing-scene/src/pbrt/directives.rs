@@ -201,6 +201,7 @@ impl Builder<'_> {
                 let (file, span) = parser.string(at)?;
                 let path = self.existing_file(&file, &span)?;
                 let text = source::read(&path, self.options)?;
+                self.expect_meshes(&text);
                 let import = name == "Import";
                 parser.include(text, import, &span)?;
                 if import {

@@ -272,10 +272,10 @@ impl Builder<'_> {
         at: &Span,
         power: Option<f32>,
     ) -> Result<Option<TextureId>, SceneError> {
-        let Some(image) = self.light_image(params, at)? else { return Ok(None) };
-        if let Some(color) = params.get("L") {
+        if let (Some(color), Some(_)) = (params.get("L"), params.get("filename")) {
             return Err(color.error("an area light has either `L` or `filename`"));
         }
+        let Some(image) = self.light_image(params, at)? else { return Ok(None) };
         if power.is_some() {
             self.warnings.at(at, "`power` of an area light with a picture is not supported and ignored");
         }

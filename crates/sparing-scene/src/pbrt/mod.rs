@@ -1,4 +1,4 @@
-//! The pbrt-v4 text format (<https://pbrt.org/fileformat-v4>).
+//! The pbrt text format of version 4 (<https://pbrt.org/fileformat-v4>), and of versions 2 and 3 by [`dialect`].
 //!
 //! Conventions: a left-handed camera (x right, y up, z forward); each transformation directive multiplies the
 //! current matrix from the right, so the last one acts first; `Camera` stores the inverse of the current
@@ -11,10 +11,12 @@
 
 mod camera;
 mod colorspace;
+mod curve;
 mod dialect;
 mod directives;
 mod graphics_state;
 mod lights;
+mod loopsubdiv;
 mod materials;
 mod mesh;
 mod metallic_roughness;
@@ -22,6 +24,7 @@ mod old_lights;
 mod old_materials;
 mod params;
 mod parser;
+mod prefetch;
 mod procedural;
 mod shapes;
 mod spectrum;
@@ -69,6 +72,7 @@ struct Builder<'o> {
     scene: SceneDescription,
     warnings: Warnings,
     images: ImageTable,
+    prefetch: prefetch::Prefetch,
     state: GraphicsState,
     saved: Vec<(Scope, GraphicsState, Span)>,
     coordinate_systems: HashMap<String, DMat4>,
@@ -123,6 +127,7 @@ fn load_source(
         scene: SceneDescription { name: name.clone(), ..SceneDescription::default() },
         warnings: Warnings::new(options.max_warnings),
         images: ImageTable::default(),
+        prefetch: prefetch::Prefetch::default(),
         state: GraphicsState::default(),
         saved: Vec::new(),
         coordinate_systems: HashMap::new(),
@@ -146,6 +151,7 @@ fn load_source(
     if builder.dialect != Dialect::V4 {
         builder.scene.filter = PixelFilter::Box { radius: [0.5; 2] };
     }
+    builder.expect_meshes(&source);
     let run = builder.run(&mut Parser::new(source, options)).and_then(|()| builder.finish());
     run.map_err(|error| error.in_file(Path::new(&name)))
 }
