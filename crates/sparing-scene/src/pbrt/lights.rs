@@ -78,6 +78,7 @@ impl Builder<'_> {
         for name in ["filename", "mapname"] {
             match params.string(name)? {
                 Some(("", _)) | None => {}
+                Some(_) if self.lacks_picture(params, name)? => return Ok(None),
                 Some(_) => return self.image(params, name, TextureEncoding::Auto, at).map(Some),
             }
         }

@@ -512,3 +512,17 @@ fn compressed_files_are_expanded_within_limits() {
     assert_eq!(error.kind(), crate::ErrorKind::Limit);
     assert!(error.message().contains("max_expansion"), "{error}");
 }
+
+/// Versions 2 and 3 go on without a picture that is missing, version 4 does not.
+#[test]
+fn missing_pictures_of_older_scenes_are_warnings() {
+    let text =
+        "LightSource \"infinite\" \"string mapname\" \"no.exr\" \"color L\" [ 2 2 2 ] Shape \"sphere\"";
+    let scene = base(&format!("Film \"image\" WorldBegin {text}"));
+    assert!(matches!(scene.lights[0], Light::Environment { image: None, radiance, .. } if radiance.x == 2.0));
+    assert_eq!(scene.warnings, ["text:2:65: there is no file `no.exr`: even instead"]);
+    let text =
+        format!("WorldBegin {}", text.replace("mapname", "filename").replace("color L", "float scale"));
+    let text = text.replace("[ 2 2 2 ]", "2");
+    assert!(load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default()).is_err());
+}

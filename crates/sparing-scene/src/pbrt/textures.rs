@@ -105,6 +105,11 @@ impl Builder<'_> {
                 amount: self.float_input(params, "amount", 0.5)?,
             },
             "checkerboard" => return self.checkerboard(class_span, params, is_float),
+            "imagemap" if self.lacks_picture(params, "filename")? => {
+                params.params.iter().for_each(|param| param.used.set(true));
+                let scale = params.float("scale")?.unwrap_or(1.0);
+                return Ok(ColorInput::Constant(Vec3::splat(scale)));
+            }
             "imagemap" => {
                 let (mapping, projection) = self.mapping(params, class_span)?;
                 let texture = self.image_texture(class_span, params, mapping)?;
@@ -198,6 +203,19 @@ impl Builder<'_> {
                 gamma => TextureEncoding::Gamma(gamma),
             },
         })
+    }
+
+    /// Whether a picture of an older scene is missing, which those versions render without: a warning.
+    pub(super) fn lacks_picture(&mut self, params: &ParamList, name: &str) -> Result<bool, SceneError> {
+        let Some((file, param)) = params.string(name)?.filter(|_| self.dialect != Dialect::V4) else {
+            return Ok(false);
+        };
+        let lacks = self.find_file(file, &param.value_span(0))?.is_none();
+        if lacks {
+            let message = format!("there is no file `{}`: even instead", super::parser::shorten(file));
+            self.warnings.at(&param.value_span(0), message);
+        }
+        Ok(lacks)
     }
 
     /// A picture file that must exist.
