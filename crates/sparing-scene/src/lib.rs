@@ -12,6 +12,7 @@
 pub mod description;
 mod error;
 pub mod generate;
+mod gltf;
 mod images;
 mod model;
 mod obj;
@@ -31,7 +32,8 @@ pub use ply::write_ply;
 
 use std::path::Path;
 
-/// Loads a scene, choosing the format by the file name: `.pbrt`, `.obj`, `.ply` or `.ply.gz`.
+/// Loads a scene, choosing the format by the file name: `.pbrt`, `.gltf`, `.glb`, `.obj`, `.ply` or
+/// `.ply.gz`.
 ///
 /// # Errors
 /// When the file is missing, of another format, broken, or beyond the default limits.
@@ -52,6 +54,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
         "gz" if compressed => pbrt::load(path, options)?,
         "pbrt" => pbrt::load(path, options)?,
         "obj" => obj::load(path, options)?,
+        "gltf" | "glb" => gltf::load(path, options)?,
         "ply" => ply::load_scene(path, options)?,
         "gz" if path.file_stem().is_some_and(|stem| is_ply(stem.as_ref())) => ply::load_scene(path, options)?,
         "" => {
@@ -120,4 +123,4 @@ pub fn pbrt_files<'a>(
     pbrt::files(scene, path, options).map_err(|error| error.in_file(path))
 }
 
-const SUPPORTED: &str = "supported are .pbrt, .obj and .ply";
+const SUPPORTED: &str = "supported are .pbrt, .gltf, .glb, .obj and .ply";

@@ -54,17 +54,39 @@ pub(crate) fn without_slivers(
     (!mesh.indices.is_empty()).then_some(mesh)
 }
 
-/// Gives a model camera and light; one without triangles is an error.
+/// What a model gets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Framing {
+    /// A camera.
+    pub camera: bool,
+    /// Sky and sun; with a camera also a ground.
+    pub light: bool,
+    /// Whether it is a room, seen from its open side.
+    pub room: bool,
+}
+
+/// Gives a model camera and light; one that emits is taken for a room. One without triangles is an error.
 pub(crate) fn finish(
-    mut scene: SceneDescription,
+    scene: SceneDescription,
     warnings: Warnings,
     path: &Path,
 ) -> Result<SceneDescription, SceneError> {
-    if scene.shapes.is_empty() {
+    let lit = scene.shapes.iter().any(|shape| shape.emission.is_some());
+    finish_with(scene, warnings, path, Framing { camera: true, light: !lit, room: lit })
+}
+
+/// [`finish`] with a choice.
+pub(crate) fn finish_with(
+    mut scene: SceneDescription,
+    warnings: Warnings,
+    path: &Path,
+    framing: Framing,
+) -> Result<SceneDescription, SceneError> {
+    if scene.shapes.is_empty() && scene.instances.is_empty() {
         let error = SceneError::new(ErrorKind::Invalid, "nothing to render: no triangles with an area");
         return Err(error.in_file(path));
     }
-    framing::frame(&mut scene);
+    framing::frame(&mut scene, framing);
     scene.warnings = warnings.into_vec();
     Ok(scene)
 }

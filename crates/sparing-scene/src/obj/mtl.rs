@@ -15,17 +15,15 @@
 
 use super::ObjFile;
 use crate::description::{
-    ColorInput, Conductor, Emission, FloatInput, Material, MaterialId, MaterialKind, Roughness,
+    ColorInput, Conductor, Emission, FloatInput, ImageSource, Material, MaterialId, MaterialKind, Roughness,
     SceneDescription, Texture, TextureEncoding, TextureId, UvMapping, Wrap,
 };
 use crate::error::SceneError;
-use crate::images::ImageTable;
+use crate::images::{ImageTable, has_alpha};
 use crate::options::LoadOptions;
 use crate::source::{self, SourceFile};
 use crate::warnings::Warnings;
 use glam::Vec3;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A material with what belongs to the shapes that have it.
@@ -137,12 +135,14 @@ impl Adder<'_> {
         let diffuse_map = self.map(m.diffuse_texture.as_deref());
         let cutout = match self.map(m.dissolve_texture.as_deref()) {
             Some(map) => Some(map),
-            None => diffuse_map.as_ref().filter(|map| png_has_alpha(&map.path)).map(|map| MapReference {
-                path: map.path.clone(),
-                mapping: map.mapping,
-                wrap: map.wrap,
-                strength: 1.0,
-            }),
+            None => diffuse_map.as_ref().filter(|map| has_alpha(&ImageSource::File(map.path.clone()))).map(
+                |map| MapReference {
+                    path: map.path.clone(),
+                    mapping: map.mapping,
+                    wrap: map.wrap,
+                    strength: 1.0,
+                },
+            ),
         };
         let kd_input = self.color(kd, diffuse_map);
         let illum = m.illumination_model.unwrap_or(2);
@@ -281,11 +281,4 @@ fn three(text: &str) -> Option<Vec3> {
     let mut numbers = text.split_ascii_whitespace().map(str::parse::<f32>);
     let mut next = || numbers.next()?.ok();
     Some(Vec3::new(next()?, next()?, next()?))
-}
-
-/// Whether a file is a PNG with an alpha channel, by its header (colour types 4 and 6).
-fn png_has_alpha(path: &Path) -> bool {
-    let mut header = [0; 26];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
-    read.is_ok() && header.starts_with(b"\x89PNG\r\n\x1a\n") && matches!(header[25], 4 | 6)
 }
