@@ -297,7 +297,7 @@ fn texture_transforms() {
         let base = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
         let material = json!({"pbrMetallicRoughness": {"baseColorTexture": base}});
         let scene = load(&square(
-            json!({"images": png(false), "textures": [{"source": 0}], "materials": [material]}),
+            &json!({"images": png(false), "textures": [{"source": 0}], "materials": [material]}),
         ));
         let Texture::Image { mapping, .. } = scene.textures[0] else { panic!() };
         // From coordinates of glTF to such, through ours.
