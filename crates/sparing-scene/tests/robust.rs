@@ -210,7 +210,7 @@ proptest! {
         let mut words: Vec<String> = GLTF.split_inclusive([',', ':', '[']).map(str::to_owned).collect();
         for (at, number) in numbers {
             let word = at.get(&words).clone();
-            let digits = word.trim_start_matches(|c: char| c == ' ' || c == '\n');
+            let digits = word.trim_start_matches([' ', '\n']);
             if digits.starts_with(|c: char| c.is_ascii_digit()) {
                 let end: String = digits.chars().skip_while(|c| c.is_ascii_digit() || *c == '.').collect();
                 let i = at.index(words.len());

@@ -3,7 +3,8 @@
 mod framing;
 
 use crate::description::{
-    ColorInput, Geometry, Material, MaterialId, MaterialKind, SceneDescription, Shape, TriangleMesh,
+    ColorInput, FloatInput, Geometry, Material, MaterialId, MaterialKind, MetallicRoughness,
+    SceneDescription, Shape, TriangleMesh,
 };
 use crate::error::{ErrorKind, SceneError};
 use crate::warnings::Warnings;
@@ -18,6 +19,17 @@ pub(crate) fn add_default_material(scene: &mut SceneDescription) -> MaterialId {
         normal_map: None,
         bump: None,
     });
+    MaterialId((scene.materials.len() - 1) as u32)
+}
+
+/// A matte material that has the colours of vertices.
+pub(crate) fn add_colored_material(scene: &mut SceneDescription) -> MaterialId {
+    let kind = MaterialKind::MetallicRoughness(MetallicRoughness {
+        specular: FloatInput::Constant(0.0),
+        vertex_colors: true,
+        ..MetallicRoughness::default()
+    });
+    scene.materials.push(Material { name: "vertex colours".to_owned(), kind, normal_map: None, bump: None });
     MaterialId((scene.materials.len() - 1) as u32)
 }
 

@@ -34,8 +34,8 @@ pub(crate) struct ObjMaterial {
 }
 
 /// The files that an `mtllib` line names: one name with spaces, or several.
-pub(super) fn library_paths(folder: &Path, name: &Path) -> Vec<PathBuf> {
-    let name = name.to_string_lossy().replace('\\', "/");
+pub(super) fn library_paths(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let name = name.replace('\\', "/");
     let whole = folder.join(&name);
     if whole.is_file() || !name.contains(' ') {
         return vec![whole];
@@ -53,7 +53,8 @@ pub(super) fn read_library(
     let text = String::from_utf8_lossy(&file.bytes);
     let mut clean = String::with_capacity(text.len());
     let mut named = false;
-    for (number, line) in text.lines().enumerate() {
+    let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n");
+    for (number, line) in text.split(['\n', '\r']).enumerate() {
         let mut words = line.split_ascii_whitespace();
         let Some(key) = words.next() else { continue };
         named |= key == "newmtl";
@@ -119,6 +120,8 @@ struct MapReference {
     mapping: UvMapping,
     wrap: [Wrap; 2],
     strength: f32,
+    /// What `-imfchan` asks for.
+    channel: Option<TextureEncoding>,
 }
 
 impl Adder<'_> {
@@ -141,6 +144,7 @@ impl Adder<'_> {
                     mapping: map.mapping,
                     wrap: map.wrap,
                     strength: 1.0,
+                    channel: None,
                 },
             ),
         };
@@ -220,7 +224,7 @@ impl Adder<'_> {
     }
 
     fn texture(&mut self, map: &MapReference, encoding: TextureEncoding, scale: f32) -> TextureId {
-        let image = self.images.file(self.scene, &map.path, encoding);
+        let image = self.images.file(self.scene, &map.path, map.channel.unwrap_or(encoding));
         let (mapping, wrap) = (map.mapping, map.wrap);
         self.scene.textures.push(Texture::Image { image, mapping, wrap, scale, invert: false });
         TextureId((self.scene.textures.len() - 1) as u32)
@@ -234,6 +238,7 @@ impl Adder<'_> {
             mapping: UvMapping::default(),
             wrap: [Wrap::Repeat; 2],
             strength: 1.0,
+            channel: None,
         };
         while let Some(option) = words.next_if(|word| word.starts_with('-') && word.len() > 1) {
             match option {
@@ -255,6 +260,15 @@ impl Adder<'_> {
                 "-bm" => {
                     let value = words.next().and_then(|word| word.parse::<f32>().ok());
                     reference.strength = value.filter(|v| v.is_finite()).unwrap_or(1.0);
+                }
+                "-imfchan" => {
+                    reference.channel = match words.next() {
+                        Some("r") => Some(TextureEncoding::Red),
+                        Some("g") => Some(TextureEncoding::Green),
+                        Some("b") => Some(TextureEncoding::Blue),
+                        Some("m") => Some(TextureEncoding::Alpha),
+                        _ => None,
+                    };
                 }
                 "-clamp" if words.next() == Some("on") => reference.wrap = [Wrap::Clamp; 2],
                 "-clamp" => {}

@@ -40,7 +40,10 @@ pub(crate) fn load_scene(path: &Path, options: &LoadOptions) -> Result<SceneDesc
     let mesh = load(path, options, &mut warnings)?;
     let mut scene = SceneDescription { name: path.display().to_string(), ..SceneDescription::default() };
     if let Some(mesh) = model::without_slivers(mesh, &mut warnings, path) {
-        let material = model::add_default_material(&mut scene);
+        let material = match mesh.colors {
+            Some(_) => model::add_colored_material(&mut scene),
+            None => model::add_default_material(&mut scene),
+        };
         model::add_shape(&mut scene, mesh, material);
     }
     model::finish(scene, warnings, path)
