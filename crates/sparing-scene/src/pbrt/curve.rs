@@ -59,7 +59,7 @@ fn curve(at: &Span, params: &ParamList) -> Result<Curve, SceneError> {
         }
     };
     let count = points.len();
-    let fits = if bspline { count > degree } else { count > degree && (count - 1) % degree == 0 };
+    let fits = if bspline { count > degree } else { count > degree && (count - 1).is_multiple_of(degree) };
     if !fits {
         let what = if bspline { "a B-spline" } else { "Bezier segments" };
         return Err(param.error(format!("{count} points do not make {what} of degree {degree}")));
