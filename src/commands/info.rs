@@ -1,6 +1,7 @@
 //! `sparing info`.
 
 use super::render::load;
+use super::sandbox::FileArguments;
 use crate::session::console::{note, print};
 use clap::Args;
 use sparing_image::exr::{ExrAttribute, read_exr};
@@ -16,15 +17,18 @@ pub(super) struct InfoArguments {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    files: FileArguments,
 }
 
 pub(super) fn run(a: &InfoArguments) -> anyhow::Result<ExitCode> {
     let is_exr = a.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if is_exr { picture(&a.file, a.json) } else { scene(&a.file, a.json) }
+    if is_exr { picture(&a.file, a.json) } else { scene(a) }
 }
 
-fn scene(path: &Path, json: bool) -> anyhow::Result<ExitCode> {
-    let description = load(path)?;
+fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
+    let (path, json) = (a.file.as_path(), a.json);
+    let description = load(path, &a.files)?;
     let (film, sampler, integrator) = (description.film.clone(), description.sampler, description.integrator);
     let warnings = description.warnings.len();
     let scene = Scene::build(description, BuildOptions::default())?;

@@ -6,6 +6,7 @@ mod machine;
 mod merge;
 mod options;
 mod render;
+mod sandbox;
 mod stress;
 mod study;
 mod tradeoff;
@@ -32,7 +33,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render a scene (.pbrt, .obj) to EXR or PNG.
+    /// Render a scene (.pbrt, .gltf, .glb, .obj, .ply) to EXR or PNG.
     Render(Box<RenderArguments>),
     /// Measure how far a picture is from a reference.
     Compare(compare::CompareArguments),

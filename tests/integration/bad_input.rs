@@ -382,9 +382,9 @@ fn odd_scenes_render() {
         "Translate 0 0 -6\nShape \"sphere\"",
     ];
     let rock = crate::common::root().join("models/meshes/rock.obj");
+    std::fs::copy(rock, f.path().join("rock.obj")).expect("a copy");
     for shape in shapes {
-        let (picture, said) =
-            render("inside.pbrt", &scene_of(&shape.replace("ROCK", &rock.to_string_lossy())));
+        let (picture, said) = render("inside.pbrt", &scene_of(&shape.replace("ROCK", "rock.obj")));
         assert_eq!(said, "", "{shape}");
         for c in ["R", "G", "B"] {
             assert!(picture.channel(c).iter().all(|v| v.is_finite() && *v >= 0.0), "{shape}");
@@ -402,4 +402,32 @@ fn odd_scenes_render() {
     {
         ok(f.path(), &format!("render sky.pbrt --spp 2 -o a.exr --progress none {rest}"));
     }
+}
+
+/// Scenes from elsewhere stay in their folder; those below the current one may use what is there.
+#[test]
+fn scenes_do_not_name_files_outside_of_their_folder() {
+    let f = folder();
+    let (scenes, meshes) = (f.path().join("scenes"), f.path().join("meshes"));
+    for dir in [&scenes, &meshes] {
+        std::fs::create_dir(dir).expect("a folder");
+    }
+    std::fs::write(meshes.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
+    let shape = "Shape \"objmesh\" \"string filename\" \"../meshes/a.obj\"";
+    std::fs::write(scenes.join("a.pbrt"), scene_of(shape)).expect("a file");
+    // From above both: fine, unless asked to be strict.
+    ok(f.path(), "info scenes/a.pbrt");
+    let strict = run(f.path(), "info scenes/a.pbrt --sandbox");
+    assert_eq!(strict.code, 1);
+    assert!(strict.stderr.contains("is outside of the folder of the scene"), "{}", strict.stderr);
+    ok(f.path(), "info scenes/a.pbrt --sandbox --allow-path meshes");
+    // From beside: the scene is from elsewhere.
+    let from = meshes.as_path();
+    let elsewhere = run(from, "render ../scenes/a.pbrt --spp 1 -o out.png");
+    assert_eq!(elsewhere.code, 1);
+    assert!(elsewhere.stderr.contains("--allow-path"), "{}", elsewhere.stderr);
+    assert!(!from.join("out.png").exists());
+    ok(from, "render ../scenes/a.pbrt --spp 1 --policy uniform -o out.png --allow-path .");
+    ok(from, "info ../scenes/a.pbrt --no-sandbox");
+    assert_eq!(run(from, "info ../scenes/a.pbrt --no-sandbox --sandbox").code, 2);
 }

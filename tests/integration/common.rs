@@ -30,10 +30,15 @@ pub fn scene(name: &str) -> PathBuf {
     root().join("scenes").join(name)
 }
 
-/// Arguments of a command line; `@NAME` is a scene of the repository.
+/// Arguments of a command line; `@NAME` is a scene of the repository, which may use what is there.
 pub fn arguments(line: &str) -> Vec<PathBuf> {
     let word = |w: &str| w.strip_prefix('@').map_or_else(|| w.into(), scene);
-    line.split_whitespace().map(word).collect()
+    let mut words: Vec<PathBuf> = line.split_whitespace().map(word).collect();
+    let loads = ["render", "info", "study"].iter().any(|command| line.starts_with(command));
+    if loads && line.contains(" @") {
+        words.extend(["--allow-path".into(), root().to_owned()]);
+    }
+    words
 }
 
 /// Runs `sparing` in a folder. Panics if it takes more than two minutes, dies of a signal, or panics itself.

@@ -56,7 +56,7 @@ pub enum PictureError {
 pub const MAX_SIDE: u32 = 32_768;
 
 impl Picture {
-    /// Reads PNG, JPEG, Radiance HDR, OpenEXR or PFM from a file, chosen by content.
+    /// Reads PNG, JPEG, Radiance HDR, OpenEXR, PFM or TGA from a file, chosen by content (TGA by its name).
     ///
     /// # Errors
     /// Unreadable file, unknown format, damaged data, a side over [`MAX_SIDE`].
@@ -66,7 +66,7 @@ impl Picture {
         Self::decode(&bytes, &name)
     }
 
-    /// Decodes PNG, JPEG, Radiance HDR, OpenEXR or PFM bytes; `name` is for messages.
+    /// Decodes PNG, JPEG, Radiance HDR, OpenEXR, PFM or TGA bytes; `name` is for messages, and tells TGA.
     ///
     /// Of an OpenEXR file it takes the data window's R, G and B, or its Y, or else the first layer by name that has
     /// these. Channels such as depth are not colour: a file without any of them is an error.
@@ -84,6 +84,20 @@ impl Picture {
         let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
             .with_guessed_format()
             .map_err(|e| fail(e.to_string()))?;
+        // TGA files do not begin with a mark of their own: the name decides.
+        let is_tga = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
+        if reader.format().is_none() && is_tga {
+            reader.set_format(image::ImageFormat::Tga);
+        }
+        if let Some(format) = reader.format() {
+            let header = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+            if let Ok((width, height)) = header.into_dimensions()
+                && width.max(height) > MAX_SIDE
+            {
+                let side = width.max(height);
+                return Err(fail(format!("a side of {side} pixels exceeds the limit MAX_SIDE = {MAX_SIDE}")));
+            }
+        }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);

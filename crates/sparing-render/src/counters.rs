@@ -29,6 +29,8 @@ pub enum Counter {
     Lens,
     /// A second set of random numbers was drawn for lobes, lights or mixes.
     Choice,
+    /// Colours of vertices were interpolated.
+    VertexColor,
 }
 
 #[cfg(feature = "counters")]
@@ -36,7 +38,7 @@ mod enabled {
     use super::Counter;
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    static COUNTS: [AtomicU64; 12] = [const { AtomicU64::new(0) }; 12];
+    static COUNTS: [AtomicU64; 13] = [const { AtomicU64::new(0) }; 13];
 
     /// Adds one.
     pub fn count(counter: Counter) {

@@ -11,6 +11,7 @@ pub mod integrator;
 pub mod lights;
 pub mod materials;
 pub mod needs;
+pub mod noise;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;

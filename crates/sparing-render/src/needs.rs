@@ -47,6 +47,8 @@ bitflags::bitflags! {
         const TANGENTS = 1 << 19;
         /// Some surface lets light through: the offset side has to follow the direction.
         const TRANSMISSION = 1 << 18;
+        /// Some material uses the colours of vertices.
+        const VERTEX_COLORS = 1 << 24;
     }
 }
 
@@ -79,6 +81,7 @@ impl Needs {
             ("shape-count", Self::SHAPE_COUNT, "sets of shapes per pixel"),
             ("tangents", Self::TANGENTS, "derivatives of the position by texture coordinates"),
             ("transmission", Self::TRANSMISSION, "light through surfaces"),
+            ("vertex-colors", Self::VERTEX_COLORS, "interpolating the colours of vertices"),
         ]
     }
 

@@ -4,7 +4,8 @@
 use glam::{DVec3, Vec3};
 use sparing_render::materials::microfacet::Ggx;
 use sparing_render::materials::{
-    Bsdf, CoatTable, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission,
+    Bsdf, CoatTable, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission,
+    MetallicRoughness, OrenNayar, Substrate, Uber,
 };
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 use sparing_render::sampling;
@@ -36,6 +37,51 @@ fn materials() -> Vec<(String, Bsdf)> {
             all.push((format!("dielectric {ax} {ay} eta {eta:.2}"), Bsdf::Dielectric(glass)));
         }
         all.push((format!("coated diffuse {ax} {ay}"), Bsdf::CoatedDiffuse(coated(0.6, ggx))));
+        for eta in [1.5, 1.0 / 1.5] {
+            let uber = Uber {
+                diffuse: Vec3::new(0.4, 0.2, 0.1),
+                specular: Vec3::splat(0.5),
+                mirror: Vec3::splat(0.2),
+                transmission: Vec3::splat(0.1),
+                eta,
+                ggx,
+            };
+            all.push((format!("uber {ax} {ay} eta {eta:.2}"), Bsdf::Uber(uber)));
+        }
+        let substrate = Substrate { diffuse: Vec3::splat(0.5), specular: Vec3::splat(0.2), ggx };
+        all.push((format!("substrate {ax} {ay}"), Bsdf::Substrate(substrate)));
+        for coat in [Ggx::new(0.3, 0.3), Ggx::new(0.0, 0.0)] {
+            let (eta, k) = (metal.eta / 1.5, metal.k / 1.5);
+            let coated = CoatedConductor { coat_eta: 1.5, coat, eta, k, ggx };
+            all.push((format!("coated conductor {ax} {ay} {coat:?}"), Bsdf::CoatedConductor(coated)));
+        }
+    }
+    all.push(("Oren-Nayar".into(), Bsdf::OrenNayar(OrenNayar::new(Vec3::splat(0.8), 30.0))));
+    // (alpha, metal, transmission, coat, alpha of the coat)
+    for (i, (alpha, metallic, transmission, clearcoat, coat)) in [
+        (0.2, 0.0, 0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0, 0.0, 0.0),
+        (0.05, 1.0, 0.0, 0.0, 0.0),
+        (0.4, 0.3, 0.0, 1.0, 0.1),
+        (0.3, 0.0, 1.0, 0.0, 0.0),
+        (0.5, 0.2, 0.6, 0.5, 0.0),
+        (0.0, 0.5, 0.5, 0.5, 0.3),
+        (0.0, 0.0, 0.0, 0.0, 0.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let bsdf = MetallicRoughness {
+            base_color: Vec3::new(0.8, 0.5, 0.2),
+            metallic,
+            transmission,
+            f0: Vec3::new(0.04, 0.02, 0.08),
+            f90: 0.9,
+            ggx: Ggx::new(alpha, alpha),
+            clearcoat,
+            coat_ggx: Ggx::new(coat, coat),
+        };
+        all.push((format!("metallic-roughness {i}"), Bsdf::MetallicRoughness(bsdf)));
     }
     all.push(("coated diffuse smooth".into(), Bsdf::CoatedDiffuse(coated(0.6, Ggx::new(0.0, 0.0)))));
     all

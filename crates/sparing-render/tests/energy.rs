@@ -4,7 +4,8 @@
 use glam::Vec3;
 use sparing_render::materials::microfacet::Ggx;
 use sparing_render::materials::{
-    Bsdf, CoatTable, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+    Bsdf, CoatTable, CoatedConductor, Conductor, Dielectric, Diffuse, DiffuseTransmission, MetallicRoughness,
+    Mirror, OrenNayar, Substrate, ThinDielectric, Uber,
 };
 use sparing_render::sampler::{Dimension, PixelSampler, SamplerKind};
 
@@ -47,6 +48,12 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
         check("diffuse transmission", Bsdf::DiffuseTransmission(leaf), 1.0, 0.99);
         check("thin dielectric", Bsdf::ThinDielectric(ThinDielectric { eta: 1.5 }), 1.0, 0.9999);
         check("interface", Bsdf::Interface, 1.0, 1.0);
+        check("mirror", Bsdf::Mirror(Mirror { reflectance: Vec3::ONE }), 1.0, 1.0);
+        for sigma in [0.0, 20.0, 60.0] {
+            // Grooves lose light between them at normal incidence, and show their lit sides at grazing angles.
+            let lower = if sigma == 0.0 { 0.9999 } else { 0.6 };
+            check("Oren-Nayar", Bsdf::OrenNayar(OrenNayar::new(Vec3::ONE, sigma)), 1.0, lower);
+        }
         for ggx in alphas() {
             // Light that meets a second facet is lost, as in pbrt: up to ln 2 of it at alpha 1 (see below).
             let smooth = ggx.is_smooth();
@@ -62,6 +69,29 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
                     if smooth || eta == 1.0 { 0.9998 } else { 0.25 },
                 );
             }
+            // Kd, Ks, Kr and Kt that add up to 1 where the dielectric reflects or refracts all.
+            let (half, black) = (Vec3::splat(0.5), Vec3::ZERO);
+            for eta in [1.5f32, 1.0 / 1.5] {
+                let clear = Uber {
+                    diffuse: black,
+                    specular: black,
+                    mirror: Vec3::ONE,
+                    transmission: Vec3::ONE,
+                    eta,
+                    ggx,
+                };
+                check("clear uber", Bsdf::Uber(clear), eta * eta, 0.9998);
+                let glossy =
+                    Uber { diffuse: half, specular: half, mirror: black, transmission: black, eta, ggx };
+                check("glossy uber", Bsdf::Uber(glossy), 1.0, 0.4);
+            }
+            let substrate = Substrate { diffuse: Vec3::splat(0.9), specular: Vec3::splat(0.04), ggx };
+            check("substrate", Bsdf::Substrate(substrate), 1.0, 0.15);
+            for coat_ggx in alphas() {
+                let lacquer = CoatedConductor { coat_eta: 1.5, coat: coat_ggx, eta: Vec3::ONE, k, ggx };
+                let both = smooth && coat_ggx.is_smooth();
+                check("lacquer", Bsdf::CoatedConductor(lacquer), 1.0, if both { 0.99 } else { 0.1 });
+            }
             let plastic = coat.coat(Vec3::ONE, ggx);
             // The coat's table is of isotropic lobes, and coarse at grazing angles.
             let a = albedo(&Bsdf::CoatedDiffuse(plastic), wo, 1.0);
@@ -69,6 +99,69 @@ fn nothing_gains_energy_and_smooth_white_loses_none() {
             assert!((lower..=upper).contains(&a), "white plastic {ggx:?} at {wo}: {a}");
         }
     }
+}
+
+/// A white dielectric over a matte base loses and gains nothing, whatever its roughness; metal and thin glass lose what
+/// meets a second facet; a coat keeps a little of what comes back from below.
+#[test]
+fn metallic_roughness_is_sound() {
+    let white = MetallicRoughness {
+        base_color: Vec3::ONE,
+        metallic: 0.0,
+        transmission: 0.0,
+        f0: Vec3::splat(0.04),
+        f90: 1.0,
+        ggx: Ggx::new(0.0, 0.0),
+        clearcoat: 0.0,
+        coat_ggx: Ggx::new(0.0, 0.0),
+    };
+    for wo in angles() {
+        for ggx in alphas().into_iter().filter(|ggx| !ggx.is_anisotropic()) {
+            let white = MetallicRoughness { ggx, ..white };
+            for (name, bsdf, lower, upper) in [
+                ("matte", white, 0.985, 1.015),
+                ("strong", MetallicRoughness { f0: Vec3::splat(0.5), ..white }, 0.985, 1.015),
+                ("without specular", MetallicRoughness { f0: Vec3::ZERO, f90: 0.0, ..white }, 0.999, 1.001),
+                (
+                    "metal",
+                    MetallicRoughness { metallic: 1.0, ..white },
+                    if ggx.is_smooth() { 0.99 } else { 0.28 },
+                    1.005,
+                ),
+                (
+                    "glass",
+                    MetallicRoughness { transmission: 1.0, ..white },
+                    if ggx.is_smooth() { 0.99 } else { 0.28 },
+                    1.005,
+                ),
+                (
+                    "coated",
+                    MetallicRoughness { clearcoat: 1.0, coat_ggx: Ggx::new(0.1, 0.1), ..white },
+                    0.75,
+                    1.01,
+                ),
+                (
+                    "everything",
+                    MetallicRoughness { clearcoat: 0.5, metallic: 0.5, transmission: 0.5, ..white },
+                    0.28,
+                    1.01,
+                ),
+            ] {
+                let a = albedo(&Bsdf::MetallicRoughness(bsdf), wo, 1.0);
+                assert!((lower..=upper).contains(&a), "{name} {ggx:?} at {wo}: {a}");
+            }
+        }
+    }
+    // Schlick: smooth metal reflects its colour head-on, everything at grazing angles.
+    let gold = MetallicRoughness { base_color: Vec3::new(1.0, 0.75, 0.3), metallic: 1.0, ..white };
+    let reflected = |wo: Vec3| Bsdf::MetallicRoughness(gold).sample(wo, 0.5, [0.5; 2]).unwrap().weight;
+    assert!(reflected(Vec3::Z).abs_diff_eq(gold.base_color, 1e-6));
+    assert!(reflected(Vec3::new(1.0, 0.0, 1e-4).normalize()).abs_diff_eq(Vec3::ONE, 1e-3));
+    // A matte surface without reflection is Lambert's.
+    let matte = MetallicRoughness { f0: Vec3::ZERO, f90: 0.0, ggx: Ggx::new(1.0, 1.0), ..gold };
+    let matte = Bsdf::MetallicRoughness(MetallicRoughness { metallic: 0.0, ..matte });
+    let f_cos = matte.eval(Vec3::Z, Vec3::new(0.6, 0.0, 0.8)).f_cos;
+    assert!(f_cos.abs_diff_eq(gold.base_color * 0.8 / std::f32::consts::PI, 1e-5), "{f_cos}");
 }
 
 /// f(wo, wi) = f(wi, wo) for reflection; f(wo, wi) eta_i^-2 = f(wi, wo) eta_o^-2 for refraction (E. Veach
@@ -79,11 +172,39 @@ fn materials_are_reciprocal() {
     for ggx in &alphas()[1..] {
         let plastic = CoatTable::new(1.5).coat(Vec3::splat(0.6), *ggx);
         let metal = Conductor { eta: Vec3::splat(0.3), k: Vec3::splat(3.0), ggx: *ggx };
+        let layered = MetallicRoughness {
+            base_color: Vec3::splat(0.6),
+            metallic: 0.3,
+            transmission: 0.4,
+            f0: Vec3::splat(0.04),
+            f90: 1.0,
+            ggx: *ggx,
+            clearcoat: 0.7,
+            coat_ggx: Ggx::new(0.2, 0.2),
+        };
         for bsdf in [
             Bsdf::Diffuse(Diffuse { reflectance: Vec3::splat(0.5) }),
             Bsdf::CoatedDiffuse(plastic),
             Bsdf::Conductor(metal),
             Bsdf::Dielectric(Dielectric { eta: 1.5, tint: Vec3::ONE, ggx: *ggx }),
+            Bsdf::OrenNayar(OrenNayar::new(Vec3::splat(0.5), 25.0)),
+            Bsdf::Uber(Uber {
+                diffuse: Vec3::splat(0.3),
+                specular: Vec3::splat(0.4),
+                mirror: Vec3::splat(0.1),
+                transmission: Vec3::splat(0.1),
+                eta: 1.5,
+                ggx: *ggx,
+            }),
+            Bsdf::Substrate(Substrate { diffuse: Vec3::splat(0.3), specular: Vec3::splat(0.2), ggx: *ggx }),
+            Bsdf::CoatedConductor(CoatedConductor {
+                coat_eta: 1.5,
+                coat: Ggx::new(0.3, 0.3),
+                eta: Vec3::splat(0.3),
+                k: Vec3::splat(2.0),
+                ggx: *ggx,
+            }),
+            Bsdf::MetallicRoughness(layered),
         ] {
             for a in &up {
                 for b in &up {
@@ -92,6 +213,14 @@ fn materials_are_reciprocal() {
                     assert!((x - y).abs() <= 2e-3 * x.max(y) + 1e-6, "{bsdf:?} {a} {b}: {x} {y}");
                 }
             }
+        }
+        // A thin sheet looks the same from below.
+        for (wo, wi) in up.iter().flat_map(|wo| up.iter().map(move |wi| (*wo, *wi))) {
+            let f = |o: Vec3, i: Vec3| {
+                Bsdf::MetallicRoughness(layered).eval(o, Vec3::new(i.x, i.y, -i.z)).f_cos.x / i.z
+            };
+            let (x, y) = (f(wo, wi), f(wi, wo));
+            assert!((x - y).abs() <= 2e-3 * x.max(y) + 1e-6, "thin sheet {ggx:?} {wo} {wi}: {x} {y}");
         }
         // Through the interface: from above with eta, from below with 1 / eta (frame turned over).
         let eta = 1.5f32;

@@ -10,11 +10,11 @@ use sparing_render::RenderSettings;
 use sparing_render::counters::{Counter, take};
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{
-    ColorInput, FloatInput, Geometry, Instance, Light, MaterialKind, ObjectDefinition, Texture, TextureId,
-    TriangleMesh, UvMapping,
+    ColorInput, FloatInput, Geometry, Instance, Light, MaterialKind, MetallicRoughness, ObjectDefinition,
+    Texture, TextureId, TriangleMesh, UvMapping,
 };
 
-const ALL: [Counter; 12] = [
+const ALL: [Counter; 13] = [
     Counter::TextureLookup,
     Counter::TextureCoordinates,
     Counter::ShadingNormal,
@@ -27,6 +27,7 @@ const ALL: [Counter; 12] = [
     Counter::AlphaTest,
     Counter::Lens,
     Counter::Choice,
+    Counter::VertexColor,
 ];
 
 /// Counters that ran while rendering.
@@ -52,7 +53,7 @@ fn plain() -> SceneDescription {
 fn checker(d: &mut SceneDescription) -> TextureId {
     let (even, odd) = (ColorInput::Constant(Vec3::splat(0.4)), ColorInput::Constant(Vec3::splat(0.6)));
     d.textures.push(Texture::Checkerboard {
-        mapping: UvMapping { scale: [8.0; 2], offset: [0.0; 2] },
+        mapping: UvMapping { scale: [8.0; 2], ..UvMapping::default() },
         even,
         odd,
     });
@@ -107,6 +108,14 @@ fn what_is_not_needed_does_not_run() {
         [&[Counter::TextureLookup][..], &base, &[Counter::AlphaTest]].concat(),
         "cut-out"
     );
+
+    let mut d = plain();
+    mesh(&mut d.shapes[0]).colors = Some(vec![[0.5, 1.0, 1.0, 1.0]; 4]);
+    assert_eq!(ran(d.clone(), none), base, "colours of vertices that nothing asks for");
+    d.materials[0].kind =
+        MaterialKind::MetallicRoughness(MetallicRoughness { vertex_colors: true, ..Default::default() });
+    let expected = [&[Counter::TextureCoordinates][..], &base, &[Counter::Choice, Counter::VertexColor]];
+    assert_eq!(ran(d, none), expected.concat(), "colours of vertices");
 
     let mut d = plain();
     d.camera.lens_radius = 0.1;

@@ -27,6 +27,8 @@ pub enum ErrorKind {
     Value,
     /// Part of the format that is not supported yet.
     Unsupported,
+    /// A file in a folder that may not be read: see [`crate::LoadOptions::folders`].
+    Refused,
     /// The scene as a whole makes no sense: nothing to render, ids out of range, numbers that are not finite.
     Invalid,
 }
@@ -41,6 +43,7 @@ impl ErrorKind {
             Self::Unknown => "scene::unknown",
             Self::Value => "scene::value",
             Self::Unsupported => "scene::unsupported",
+            Self::Refused => "scene::refused",
             Self::Invalid => "scene::invalid",
         }
     }

@@ -12,10 +12,14 @@
 pub mod description;
 mod error;
 pub mod generate;
+mod gltf;
 mod images;
+mod model;
 mod obj;
 mod options;
 mod pbrt;
+mod ply;
+mod polygon;
 mod source;
 mod spectrum;
 mod warnings;
@@ -23,10 +27,13 @@ mod warnings;
 pub use description::SceneDescription;
 pub use error::{ErrorKind, SceneError};
 pub use options::LoadOptions;
+pub use pbrt::{PbrtFiles, PbrtOptions};
+pub use ply::write_ply;
 
 use std::path::Path;
 
-/// Loads a scene, choosing the format by the file name: `.pbrt` or `.obj`.
+/// Loads a scene, choosing the format by the file name: `.pbrt`, `.gltf`, `.glb`, `.obj`, `.ply` or
+/// `.ply.gz`.
 ///
 /// # Errors
 /// When the file is missing, of another format, broken, or beyond the default limits.
@@ -39,10 +46,17 @@ pub fn load(path: &Path) -> Result<SceneDescription, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription, SceneError> {
+    let options = &options.with_folder(path.parent().unwrap_or(Path::new("")));
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let stem = path.file_stem().map(Path::new).and_then(Path::extension);
+    let compressed = extension == "gz" && stem.is_some_and(|inner| inner.eq_ignore_ascii_case("pbrt"));
     let scene = match extension.as_str() {
+        "gz" if compressed => pbrt::load(path, options)?,
         "pbrt" => pbrt::load(path, options)?,
         "obj" => obj::load(path, options)?,
+        "gltf" | "glb" => gltf::load(path, options)?,
+        "ply" => ply::load_scene(path, options)?,
+        "gz" if path.file_stem().is_some_and(|stem| is_ply(stem.as_ref())) => ply::load_scene(path, options)?,
         "" => {
             let error = SceneError::new(ErrorKind::Format, "a file name without extension says no format");
             return Err(error.in_file(path).help(SUPPORTED));
@@ -53,8 +67,21 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<SceneDescription,
             return Err(error.in_file(path).help(SUPPORTED));
         }
     };
+    check_pictures(&scene, options).map_err(|error| error.in_file(path))?;
     scene.validate().map_err(|error| error.in_file(path))?;
     Ok(scene)
+}
+
+/// Pictures are decoded later, by the renderer: here they are held to the folders that may be read.
+fn check_pictures(scene: &SceneDescription, options: &LoadOptions) -> Result<(), SceneError> {
+    scene.images.iter().try_for_each(|image| match &image.source {
+        description::ImageSource::File(path) => source::check_folder(path, options),
+        description::ImageSource::Bytes { .. } => Ok(()),
+    })
+}
+
+fn is_ply(name: &Path) -> bool {
+    name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
 }
 
 /// Loads pbrt text that is not in a file; `base` is the folder that file names in it are relative to.
@@ -66,6 +93,7 @@ pub fn load_pbrt_text(
     base: &Path,
     options: &LoadOptions,
 ) -> Result<SceneDescription, SceneError> {
+    let options = &options.with_folder(base);
     let scene = pbrt::load_text("text", text, base, options)?;
     scene.validate()?;
     Ok(scene)
@@ -76,10 +104,23 @@ pub fn load_pbrt_text(
 ///
 /// # Errors
 /// When the scene is not [valid](SceneDescription::validate), a file cannot be written, or the scene has what pbrt
-/// text cannot say: textured emission, emission inside an object, a picture of the surroundings with a colour
-/// factor, a normal map with a mapping of its own.
+/// text cannot say: emission inside an object, a picture of the surroundings with a colour factor, colours of vertices
+/// (which [`pbrt_files`] puts into PLY files).
 pub fn save_pbrt(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
     pbrt::save(scene, path).map_err(|error| error.in_file(path))
 }
 
-const SUPPORTED: &str = "supported are .pbrt and .obj";
+/// What [`save_pbrt`] writes, as data, with meshes and pictures in files of their own where `options` say so. `path` is
+/// where the text will be.
+///
+/// # Errors
+/// As [`save_pbrt`], but for writing.
+pub fn pbrt_files<'a>(
+    scene: &'a SceneDescription,
+    path: &Path,
+    options: &PbrtOptions,
+) -> Result<PbrtFiles<'a>, SceneError> {
+    pbrt::files(scene, path, options).map_err(|error| error.in_file(path))
+}
+
+const SUPPORTED: &str = "supported are .pbrt, .gltf, .glb, .obj and .ply";

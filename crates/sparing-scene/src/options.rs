@@ -1,12 +1,18 @@
 //! Limits that keep a hostile or broken file from eating the machine.
 
 use crate::error::{ErrorKind, SceneError};
+use std::path::{Path, PathBuf};
 
 /// Limits of loading; exceeding one is an error that names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
+    /// Folders that the files of a scene may be in, with all below them; [`crate::load_with`] adds that of the scene
+    /// itself. `None`, the default: anywhere, for scenes that are trusted.
+    pub folders: Option<Vec<PathBuf>>,
     /// Bytes of one text file.
     pub max_file_bytes: u64,
+    /// Bytes that one byte of a compressed file may become.
+    pub max_expansion: u64,
     /// Bytes of all files of a scene together; an included file counts each time.
     pub max_total_bytes: u64,
     /// Files included from within each other.
@@ -30,7 +36,9 @@ pub struct LoadOptions {
 impl Default for LoadOptions {
     fn default() -> Self {
         Self {
+            folders: None,
             max_file_bytes: 4 << 30,
+            max_expansion: 100,
             max_total_bytes: 16 << 30,
             max_include_depth: 32,
             max_nesting: 1000,
@@ -45,6 +53,18 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
+    /// These options, with one more folder that files may be in.
+    #[must_use]
+    pub(crate) fn with_folder(&self, folder: &Path) -> Self {
+        let mut options = self.clone();
+        if let Some(folders) = &mut options.folders {
+            // The folder of `scene.pbrt` is the empty path.
+            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            folders.push(folder.to_owned());
+        }
+        options
+    }
+
     pub(crate) fn exceeded(&self, name: &str, limit: u64, found: u64) -> SceneError {
         SceneError::new(ErrorKind::Limit, format!("the limit {name} = {limit} is exceeded by {found}"))
             .help(format!("raise LoadOptions::{name} if this is meant"))

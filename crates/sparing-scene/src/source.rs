@@ -134,6 +134,21 @@ impl SourceCode for Excerpt {
     }
 }
 
+/// Checks that a file is in a folder that may be read, symbolic links and all. A file that does not exist passes: it
+/// cannot be read anyway.
+pub(crate) fn check_folder(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
+    let Some(folders) = &options.folders else { return Ok(()) };
+    let Ok(real) = path.canonicalize() else { return Ok(()) };
+    let holds =
+        |folder: &std::path::PathBuf| folder.canonicalize().is_ok_and(|folder| real.starts_with(folder));
+    if folders.iter().any(holds) {
+        return Ok(());
+    }
+    let message = format!("`{}` is outside of the folder of the scene", path.display());
+    let error = SceneError::new(ErrorKind::Refused, message);
+    Err(error.help("allow its folder with --allow-path, or any with --no-sandbox, if you trust the scene"))
+}
+
 /// Opens a regular file whose size is within the limit.
 pub(crate) fn open(path: &Path, options: &LoadOptions) -> Result<(File, u64), SceneError> {
     let failed = |cause: std::io::Error| {
@@ -144,6 +159,7 @@ pub(crate) fn open(path: &Path, options: &LoadOptions) -> Result<(File, u64), Sc
         };
         SceneError::new(ErrorKind::File, message).in_file(path).caused_by(cause)
     };
+    check_folder(path, options)?;
     let about = std::fs::metadata(path).map_err(failed)?;
     if !about.is_file() {
         return Err(SceneError::new(ErrorKind::File, "this is not a regular file").in_file(path));
@@ -154,18 +170,46 @@ pub(crate) fn open(path: &Path, options: &LoadOptions) -> Result<(File, u64), Sc
     Ok((File::open(path).map_err(failed)?, about.len()))
 }
 
-/// Reads a whole file within the size limit.
+/// Reads a whole file within the size limit; a gzip file is expanded.
 pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Arc<SourceFile>, SceneError> {
-    let (file, size) = open(path, options)?;
-    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
-    file.take(options.max_file_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(|cause| {
+    let (mut file, size) = open(path, options)?;
+    let failed = |cause: std::io::Error| {
         SceneError::new(ErrorKind::File, format!("cannot read this file: {cause}"))
             .in_file(path)
             .caused_by(cause)
-    })?;
+    };
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
+    let limit = options.max_file_bytes;
+    (&mut file).take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
     let length = bytes.len() as u64;
-    if length > options.max_file_bytes {
-        return Err(options.exceeded("max_file_bytes", options.max_file_bytes, length).in_file(path));
+    if length > limit {
+        return Err(options.exceeded("max_file_bytes", limit, length).in_file(path));
+    }
+    if bytes.starts_with(&GZIP) {
+        bytes = expand(&bytes, options).map_err(|error| error.in_file(path))?;
     }
     Ok(Arc::new(SourceFile { name: path.display().to_string(), bytes, lines_before: 0 }))
+}
+
+/// How gzip files begin (RFC 1952, section 2.3.1).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The contents of a gzip file, within the limits.
+fn expand(bytes: &[u8], options: &LoadOptions) -> Result<Vec<u8>, SceneError> {
+    let size = bytes.len() as u64;
+    let largest = size.saturating_mul(options.max_expansion);
+    let limit = largest.min(options.max_file_bytes);
+    let mut out = Vec::new();
+    let mut reader = flate2::read::MultiGzDecoder::new(bytes).take(limit.saturating_add(1));
+    reader.read_to_end(&mut out).map_err(|cause| {
+        SceneError::new(ErrorKind::Format, format!("cannot expand this gzip file: {cause}")).caused_by(cause)
+    })?;
+    if out.len() as u64 <= limit {
+        return Ok(out);
+    }
+    Err(if limit == options.max_file_bytes {
+        options.exceeded("max_file_bytes", limit, out.len() as u64)
+    } else {
+        options.exceeded("max_expansion", options.max_expansion, (out.len() as u64).div_ceil(size.max(1)))
+    })
 }

@@ -86,6 +86,24 @@ pub(crate) fn blackbody_rgb(kelvin: f64) -> Option<Vec3> {
     unit_luminance(xyz(|nm| planck(nm) / peak))
 }
 
+/// Colour of a spectrum tabulated as [nm, value] as it stands: a flat spectrum of 1 has luminance 1.
+pub(crate) fn plain_rgb(table: &[[f64; 2]]) -> Vec3 {
+    absolute(|nm| lookup(table, nm))
+}
+
+/// Colour of a black body whose spectrum is 1 at its peak.
+pub(crate) fn blackbody_by_peak(kelvin: f64) -> Vec3 {
+    // Wien's displacement law: b = 2.897771955e6 nm K.
+    let planck = |nm: f64| (nm / 560.0).powi(-5) / (1.438_777e7 / (nm * kelvin)).exp_m1();
+    let peak = planck(2.897_771_955e6 / kelvin);
+    absolute(|nm| planck(nm) / peak)
+}
+
+fn absolute(spectrum: impl Fn(f64) -> f64) -> Vec3 {
+    let flat: f64 = wavelengths().map(|nm| matching(nm).y).sum();
+    (XYZ_TO_RGB * (xyz(spectrum) / flat)).max(DVec3::ZERO).as_vec3()
+}
+
 /// Linear Rec.709 of an XYZ colour.
 pub(crate) fn xyz_rgb(color: Vec3) -> Vec3 {
     (XYZ_TO_RGB * color.as_dvec3()).as_vec3()
@@ -129,5 +147,14 @@ mod tests {
     fn d65_itself_is_white() {
         let table: Vec<_> = (0..41).map(|i| [380.0 + 10.0 * f64::from(i), D65[i as usize]]).collect();
         assert!(light_rgb(&table).unwrap().abs_diff_eq(Vec3::ONE, 0.02));
+    }
+
+    #[test]
+    fn spectra_as_they_stand() {
+        let y = |v: Vec3| v.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        assert!((y(plain_rgb(&[[400.0, 2.0], [700.0, 2.0]])) - 2.0).abs() < 0.02);
+        // 5200 K peaks at 557 nm, where the eye is most sensitive: luminance close to 1; 2700 K peaks beyond red.
+        assert!((y(blackbody_by_peak(5200.0)) - 0.99).abs() < 0.02);
+        assert!(y(blackbody_by_peak(2700.0)) < 0.3);
     }
 }

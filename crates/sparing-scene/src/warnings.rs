@@ -34,6 +34,12 @@ impl Warnings {
         }
     }
 
+    /// Adds those of another list.
+    pub fn append(&mut self, other: Self) {
+        self.more += other.more;
+        other.texts.into_iter().for_each(|text| self.add(text));
+    }
+
     pub fn into_vec(mut self) -> Vec<String> {
         if self.more > 0 {
             self.texts.push(format!("{} more warnings", self.more));

@@ -1,7 +1,8 @@
 //! Scenes written as pbrt text read back the same.
 
 use sparing_scene::SceneDescription;
-use sparing_scene::description::{ColorInput, Emission, ImageSource, TextureId};
+use sparing_scene::description::{Geometry, ImageSource, TriangleMesh};
+use sparing_scene::generate::icosphere;
 use sparing_scene::generate::training::{Split, scene};
 use std::path::{Path, PathBuf};
 
@@ -86,13 +87,11 @@ fn made_scenes_read_back_the_same() {
 fn what_pbrt_cannot_say_is_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.pbrt");
-    let mut textured = scene(0, 1, Split::Training);
-    let glow = sparing_scene::description::Texture::Constant(glam::Vec3::ONE);
-    textured.textures.push(glow);
-    let id = TextureId(textured.textures.len() as u32 - 1);
-    textured.shapes[0].emission = Some(Emission { radiance: ColorInput::Texture(id), two_sided: false });
-    let message = sparing_scene::save_pbrt(&textured, &path).expect_err("refused").to_string();
-    assert_eq!(message, format!("{}: pbrt files cannot say textured emission", path.display()));
+    let mut colored = scene(0, 1, Split::Training);
+    let mesh = TriangleMesh { colors: Some(vec![[1.0; 4]; 12]), ..icosphere(0) };
+    colored.shapes[0].geometry = Geometry::Triangles(mesh);
+    let message = sparing_scene::save_pbrt(&colored, &path).expect_err("refused").to_string();
+    assert_eq!(message, format!("{}: pbrt files cannot say the colours of vertices", path.display()));
     assert!(!path.exists(), "no half of a file");
     let mut broken = scene(0, 1, Split::Training);
     broken.shapes[0].material.0 = 1000;
@@ -115,4 +114,19 @@ fn names_are_quoted_and_made_unique() {
     assert_same(&original, &back);
     let names: Vec<&str> = back.materials.iter().take(5).map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["material 0", "a\"", "a\" 2", "back\\slash\\", "two lines"]);
+}
+
+/// What only older versions have names for, and every class of textures and lights.
+#[test]
+fn fixtures_read_back_the_same() {
+    for name in ["everything.pbrt", "older.pbrt"] {
+        let scene = sparing_scene::load(&Path::new("tests/fixtures").join(name)).expect("it loads");
+        let folder = tempfile::tempdir().expect("a folder");
+        let back = written(&scene, folder.path(), name);
+        assert_eq!(back.materials.len(), scene.materials.len());
+        assert_eq!(back.textures.len(), scene.textures.len());
+        assert_eq!(back.lights.len(), scene.lights.len());
+        let again = written(&back, folder.path(), "again.pbrt");
+        assert_same(&back, &again);
+    }
 }

@@ -11,6 +11,7 @@ mod shard;
 
 use super::Usage;
 use super::options::{crop, duration, lambda, pixel, shard, size, spp, threads, tolerance};
+use super::sandbox::FileArguments;
 use crate::session::console::note;
 use crate::session::progress::{Observer, ProgressMode};
 use crate::session::tev::Tev;
@@ -137,6 +138,8 @@ pub struct RenderArguments {
     /// Index of the sample for --pixel.
     #[arg(long, value_name = "N", requires = "pixel")]
     sample: Option<u32>,
+    #[command(flatten)]
+    files: FileArguments,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -164,7 +167,7 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
         return Err(Usage::error("the exposure must be a finite number"));
     }
     let load_start = Instant::now();
-    let mut description = load(&arguments.scene)?;
+    let mut description = load(&arguments.scene, &arguments.files)?;
     let load_seconds = load_start.elapsed().as_secs_f64();
     let plan = Plan::new(arguments, &mut description)?;
     let stats = arguments.stats.as_ref().filter(|p| !is_standard_output(p));
@@ -230,8 +233,8 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
 }
 
 /// Loads a scene and prints its warnings; errors show the place in the file.
-pub(super) fn load(path: &Path) -> anyhow::Result<SceneDescription> {
-    let description = sparing_scene::load(path).map_err(|e| {
+pub(super) fn load(path: &Path, files: &FileArguments) -> anyhow::Result<SceneDescription> {
+    let description = files.load(path).map_err(|e| {
         let report = e.report();
         anyhow::anyhow!("{}", report.strip_prefix("error: ").unwrap_or(&report).trim_end())
     })?;

@@ -7,7 +7,7 @@ use glam::{Mat3, Vec3};
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
-use sparing_scene::description::{Image, ImageId, ImageSource, Light, TextureEncoding};
+use sparing_scene::description::{EnvironmentImage, Image, ImageId, ImageSource, Light, TextureEncoding};
 use sparing_scene::{LoadOptions, load_pbrt_text};
 use std::path::Path;
 
@@ -130,7 +130,7 @@ fn surroundings(texel: impl Fn(usize, usize) -> f32, spp: u32) -> anyhow::Result
         source: ImageSource::Bytes { name: "surroundings.pfm".to_owned(), bytes: bytes.into() },
         encoding: TextureEncoding::Linear,
     });
-    let image = Some(ImageId(description.images.len() as u32 - 1));
+    let image = Some(EnvironmentImage::from(ImageId(description.images.len() as u32 - 1)));
     description.lights.push(Light::Environment {
         radiance: Vec3::ONE,
         image,

@@ -22,6 +22,7 @@ mod stage;
 mod tables;
 
 use super::options::{size, spp, threads};
+use super::sandbox::FileArguments;
 use crate::plot::write_text;
 use crate::session::console::{note, print};
 use crate::session::progress::clock;
@@ -74,6 +75,8 @@ pub(super) struct StudyArguments {
     /// Threads, at most 1024; 0 is all.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
+    #[command(flatten)]
+    files: FileArguments,
     /// What time is.
     #[arg(long, value_enum, default_value_t)]
     clock: Clock,

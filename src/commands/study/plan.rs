@@ -4,6 +4,7 @@ use super::StudyArguments;
 use crate::commands::Usage;
 use crate::commands::machine::shipped;
 use crate::commands::render::load;
+use crate::commands::sandbox::FileArguments;
 use crate::session::cpu::thread_seconds;
 use anyhow::Context;
 use clap::ValueEnum;
@@ -177,6 +178,7 @@ pub(super) struct Plan {
     pub(super) size: Option<[u32; 2]>,
     pub(super) seed: u64,
     pub(super) threads: usize,
+    pub(super) files: FileArguments,
     pub(super) resume: bool,
     pub(super) clock: Clock,
     /// Of the policy svm.
@@ -205,7 +207,7 @@ impl Plan {
         }
         let mut scenes: Vec<SceneFile> = Vec::new();
         for path in &a.scenes {
-            load(path)?; // all mistakes now, not in an hour
+            load(path, &a.files)?; // all mistakes now, not in an hour
             let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
             let name = unique(&file_name(path), &scenes);
             scenes.push(SceneFile { name, path: path.clone(), fingerprint: fnv1a(&bytes) });
@@ -220,6 +222,7 @@ impl Plan {
             size: a.size,
             seed: a.seed,
             threads: a.threads,
+            files: a.files.clone(),
             resume: a.resume,
             clock: a.clock,
             machine: shipped()?,

@@ -36,7 +36,7 @@ const PICTURE_BYTES: u64 = 256;
 
 impl Stage {
     pub(super) fn new(file: &SceneFile, plan: &Plan) -> anyhow::Result<Self> {
-        let mut description = sparing_scene::load(&file.path)?;
+        let mut description = plan.files.load(&file.path)?;
         if let Some([w, h]) = plan.size {
             (description.film.width, description.film.height) = (w, h);
         }

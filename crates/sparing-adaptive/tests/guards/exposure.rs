@@ -18,7 +18,10 @@ fn scaled(mut description: SceneDescription, factor: f32) -> SceneDescription {
     }
     for light in &mut description.lights {
         match light {
-            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity *= factor,
+            Light::Point { intensity, .. }
+            | Light::Spot { intensity, .. }
+            | Light::Goniometric { intensity, .. }
+            | Light::Projection { intensity, .. } => *intensity *= factor,
             Light::Distant { irradiance, .. } => *irradiance *= factor,
             Light::Environment { radiance, .. } => *radiance *= factor,
         }

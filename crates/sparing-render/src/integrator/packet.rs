@@ -91,8 +91,11 @@ struct Shadows {
 }
 
 /// Needs that change the compiled code; the others are decided at scene build.
-const SURFACE: Needs =
-    Needs::TEXTURE_COORDINATES.union(Needs::NORMAL_MAPS).union(Needs::TANGENTS).union(Needs::MIXES);
+const SURFACE: Needs = Needs::TEXTURE_COORDINATES
+    .union(Needs::NORMAL_MAPS)
+    .union(Needs::TANGENTS)
+    .union(Needs::MIXES)
+    .union(Needs::VERTEX_COLORS);
 const SHAPES: Needs = Needs::SHADING_NORMALS.union(Needs::INSTANCES);
 const OUTPUT: Needs = Needs::AUXILIARY.union(Needs::SHAPE_COUNT);
 

@@ -7,7 +7,7 @@ use crate::needs::Needs;
 use crate::sampling::Frame;
 use crate::scene::Scene;
 use crate::scene::surface::SurfacePoint;
-use crate::texture::{Color, Scalar};
+use crate::texture::{Color, Scalar, TexturePoint};
 use glam::Vec3;
 
 /// A path vertex ready for scattering.
@@ -47,7 +47,7 @@ impl Scene {
         let needs = Needs::from_bits_retain(NEEDS);
         let front = surface.ng.dot(wo) >= 0.0;
         let material_id = self.shapes[shape as usize].material;
-        let input = ShadingInput { uv: surface.uv, front, choice };
+        let input = ShadingInput { uv: surface.texture_point(), front, choice, color: surface.color };
         let (bsdf, material) = self.materials.bsdf(material_id, &self.textures, input);
         let mut ns = surface.ns;
         if needs.contains(Needs::NORMAL_MAPS) && (material.normal_map.is_some() || material.bump.is_some()) {
@@ -79,7 +79,7 @@ impl Scene {
         if let Some(map) = material.normal_map {
             let n = match map {
                 Color::Constant(v) => v,
-                texture => self.textures.eval_color(texture, s.uv),
+                texture => self.textures.eval_color(texture, s.texture_point()),
             } * 2.0
                 - 1.0;
             let frame = Frame::from_z_and_tangent(ns, s.dpdu);
@@ -94,7 +94,10 @@ impl Scene {
     /// Normal of the surface displaced by a height texture (J. Blinn 1978), by forward differences.
     fn bumped_normal(&self, s: &SurfacePoint, ns: Vec3, bump: Scalar) -> Vec3 {
         const STEP: f32 = 5e-4;
-        let at = |du: f32, dv: f32| self.textures.eval_scalar(bump, [s.uv[0] + du, s.uv[1] + dv]);
+        let at = |du: f32, dv: f32| {
+            let (uv, p) = ([s.uv[0] + du, s.uv[1] + dv], s.p + s.dpdu * du + s.dpdv * dv);
+            self.textures.eval_scalar(bump, TexturePoint { uv, p, n: s.ng })
+        };
         let height = at(0.0, 0.0);
         let (du, dv) = ((at(STEP, 0.0) - height) / STEP, (at(0.0, STEP) - height) / STEP);
         let (dpdu, dpdv) = (s.dpdu + ns * du, s.dpdv + ns * dv);

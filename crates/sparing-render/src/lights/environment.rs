@@ -8,7 +8,7 @@ use super::{LightSample, luminance};
 use crate::sampling::uniform_sphere;
 use crate::texture::Image;
 use glam::{Mat3, Vec3};
-use sparing_scene::description::Wrap;
+use sparing_scene::description::{SphereMapping, Wrap};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// How directions map to the picture.
@@ -44,13 +44,18 @@ impl EnvironmentMap {
     /// Prepares a picture; `None` for the mapping if its shape fits neither convention.
     #[must_use]
     pub fn new(image: Image) -> Option<Self> {
+        Self::with_mapping(image, SphereMapping::Auto)
+    }
+
+    /// Prepares a picture of a known mapping; `None` if it does not fit the picture's shape.
+    #[must_use]
+    pub fn with_mapping(image: Image, mapping: SphereMapping) -> Option<Self> {
         let (w, h) = (image.width(), image.height());
-        let mapping = if w == 2 * h {
-            Mapping::LatLong
-        } else if w == h {
-            Mapping::EqualArea
-        } else {
-            return None;
+        let mapping = match mapping {
+            SphereMapping::Auto if w == 2 * h => Mapping::LatLong,
+            SphereMapping::Auto | SphereMapping::EqualArea if w == h => Mapping::EqualArea,
+            SphereMapping::LatLong => Mapping::LatLong,
+            _ => return None,
         };
         // Luminance of each texel; what is not a number, infinite or negative is black.
         let value = |x: u32, y: u32| {
@@ -91,6 +96,28 @@ impl EnvironmentMap {
         Some(Self { image, mapping, distribution, mean_luminance })
     }
 
+    /// Illuminance as pbrt-v4 measures it to meet a target: the sum over the texels above the horizon of luminance
+    /// times cosine, times 2 pi over their number. That is half of what arrives on a patch that faces +z.
+    #[must_use]
+    pub fn illuminance(&self) -> f32 {
+        let (w, h) = (self.image.width(), self.image.height());
+        let mut sum = 0.0f64;
+        for y in 0..h {
+            for x in 0..w {
+                let uv = [(x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32];
+                // Share of the sphere that the texel covers.
+                let (cos, share) = match self.mapping {
+                    Mapping::EqualArea => (square_to_equal_area(uv).z, 1.0),
+                    Mapping::LatLong => ((uv[1] * PI).cos(), (uv[1] * PI).sin() * 0.5 * PI),
+                };
+                if cos > 0.0 {
+                    sum += f64::from(luminance(clean(self.image.texel(x, y))) * cos * share);
+                }
+            }
+        }
+        (sum / (f64::from(w) * f64::from(h))) as f32 * 2.0 * PI
+    }
+
     /// Radiance along a unit direction of light space.
     #[inline]
     #[must_use]
@@ -102,21 +129,15 @@ impl EnvironmentMap {
             // Longitude wraps round, latitude does not.
             Wrap::Repeat => self.image.bilinear(
                 [u, 1.0 - v.clamp(0.5 / self.image.height() as f32, 1.0 - 0.5 / self.image.height() as f32)],
-                wrap,
+                [wrap; 2],
             ),
-            _ => self.image.bilinear([u, 1.0 - v], wrap),
+            _ => self.image.bilinear([u, 1.0 - v], [wrap; 2]),
         })
     }
 
     fn to_square(&self, w: Vec3) -> [f32; 2] {
         match self.mapping {
-            Mapping::LatLong => {
-                let phi = w.y.atan2(w.x);
-                let u = phi * (0.5 * FRAC_1_PI);
-                // acos loses digits near the poles; atan2 does not.
-                let theta = w.x.hypot(w.y).atan2(w.z);
-                [if u < 0.0 { u + 1.0 } else { u }, theta * FRAC_1_PI]
-            }
+            Mapping::LatLong => direction_to_lat_long(w),
             Mapping::EqualArea => equal_area_to_square(w),
         }
     }
@@ -272,8 +293,17 @@ fn square_to_equal_area(uv: [f32; 2]) -> Vec3 {
     Vec3::new(cos.copysign(u) * s, sin.copysign(v) * s, z)
 }
 
+/// Longitude over 2 pi and angle from the pole over pi.
+#[inline]
+pub(super) fn direction_to_lat_long(w: Vec3) -> [f32; 2] {
+    let u = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
+    // acos loses digits near the poles; atan2 does not.
+    let theta = w.x.hypot(w.y).atan2(w.z);
+    [if u < 0.0 { u + 1.0 } else { u }, theta * FRAC_1_PI]
+}
+
 /// Inverse of [`square_to_equal_area`].
-fn equal_area_to_square(d: Vec3) -> [f32; 2] {
+pub(super) fn equal_area_to_square(d: Vec3) -> [f32; 2] {
     let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
     let r = (1.0 - z).max(0.0).sqrt();
     let phi = y.atan2(x) * (2.0 * FRAC_1_PI);
@@ -296,6 +326,19 @@ mod tests {
             assert!((w.length() - 1.0).abs() < 1e-5);
             let back = equal_area_to_square(w);
             assert!((back[0] - uv[0]).abs() < 1e-3 && (back[1] - uv[1]).abs() < 1e-3, "{uv:?} {back:?}");
+        }
+    }
+
+    /// An even sky of luminance 1 lights a patch with pi; pbrt's measure says half of it.
+    #[test]
+    fn illuminance_of_an_even_sky() {
+        use sparing_image::picture::{Picture, Pixels};
+        use sparing_scene::description::TextureEncoding;
+        for (w, h) in [(64, 64), (128, 64)] {
+            let pixels = Pixels::Rgb32F(vec![[1.0; 3]; w * h]);
+            let picture = Picture { width: w as u32, height: h as u32, pixels };
+            let map = EnvironmentMap::new(Image::new(picture, TextureEncoding::Linear)).expect("it fits");
+            assert!((map.illuminance() / (0.5 * PI) - 1.0).abs() < 1e-3, "{}", map.illuminance());
         }
     }
 }

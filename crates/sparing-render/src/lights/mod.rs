@@ -8,12 +8,14 @@ pub mod alias;
 pub mod disk;
 pub mod environment;
 pub mod flat;
+pub mod picture;
 pub mod point;
 pub mod sphere;
 
 pub use disk::DiskLight;
 pub use environment::{Environment, EnvironmentMap};
 pub use flat::FlatLight;
+pub use picture::{GoniometricLight, ProjectionLight};
 pub use point::{DistantLight, PointLight, SpotLight};
 pub use sphere::SphereLight;
 
@@ -98,6 +100,10 @@ pub enum Light {
     Sphere(SphereLight),
     /// Disk.
     Disk(DiskLight),
+    /// Point with a picture of directions.
+    Goniometric(Box<GoniometricLight>),
+    /// Slide projector.
+    Projection(Box<ProjectionLight>),
 }
 
 impl Light {
@@ -122,6 +128,8 @@ impl Light {
             Self::Flat(l) => l.sample(p, u, context),
             Self::Sphere(l) => l.sample(p, u, context),
             Self::Disk(l) => l.sample(p, u, context),
+            Self::Goniometric(l) => l.sample(p),
+            Self::Projection(l) => l.sample(p),
         }
     }
 
@@ -135,6 +143,8 @@ impl Light {
             Self::Flat(l) => l.power(context),
             Self::Sphere(l) => l.power(context),
             Self::Disk(l) => l.power(context),
+            Self::Goniometric(l) => l.power(),
+            Self::Projection(l) => l.power(),
         };
         if p.is_finite() { p.max(0.0) } else { 0.0 }
     }
@@ -142,7 +152,10 @@ impl Light {
     /// Whether rays can find the light by chance.
     #[must_use]
     pub fn is_delta(&self) -> bool {
-        matches!(self, Self::Point(_) | Self::Spot(_) | Self::Distant(_))
+        matches!(
+            self,
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Goniometric(_) | Self::Projection(_)
+        )
     }
 }
 

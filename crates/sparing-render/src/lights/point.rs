@@ -25,7 +25,7 @@ impl PointLight {
 }
 
 #[inline]
-fn from_point(position: Vec3, intensity: Vec3, p: Vec3) -> Option<LightSample> {
+pub(super) fn from_point(position: Vec3, intensity: Vec3, p: Vec3) -> Option<LightSample> {
     let d = position - p;
     let distance = d.length();
     if !(distance > 0.0 && distance.is_finite()) {

@@ -1,10 +1,14 @@
 //! Materials of a scene, compiled: what does not vary over a surface is computed once.
 
 use super::coated_diffuse::CoatTable;
-use super::{Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric};
+use super::metallic_roughness::Inputs;
+use super::{
+    Bsdf, CoatedConductor, Conductor, Dielectric, Diffuse, DiffuseTransmission, Mirror, OrenNayar, Substrate,
+    ThinDielectric, Uber,
+};
 use crate::materials::microfacet::Ggx;
 use crate::needs::Needs;
-use crate::texture::{Color, Scalar, TextureTable};
+use crate::texture::{Color, Scalar, TexturePoint, TextureTable};
 use glam::Vec3;
 use sparing_scene::description::{self as d, MaterialKind};
 use std::sync::Arc;
@@ -12,12 +16,14 @@ use std::sync::Arc;
 /// Where and how a material is looked up.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingInput {
-    /// Texture coordinates.
-    pub uv: [f32; 2],
+    /// Texture coordinates and position.
+    pub uv: TexturePoint,
     /// Whether `wo` is on the side of the geometric normal.
     pub front: bool,
     /// Uniform in [0, 1): which material of a mix.
     pub choice: f32,
+    /// Colour of the vertices around, white where they have none.
+    pub color: Vec3,
 }
 
 /// A compiled material.
@@ -57,6 +63,29 @@ enum Model {
         materials: [u32; 2],
         amount: Scalar,
     },
+    OrenNayar {
+        reflectance: Color,
+        sigma: Scalar,
+    },
+    Mirror(Color),
+    Uber {
+        /// Matte, glossy, mirror, refraction.
+        factors: [Color; 4],
+        eta: f32,
+        roughness: Roughness,
+    },
+    Substrate {
+        diffuse: Color,
+        specular: Color,
+        roughness: Roughness,
+    },
+    CoatedConductor {
+        substance: Substance,
+        roughness: Roughness,
+        eta: f32,
+        coat_roughness: Roughness,
+    },
+    MetallicRoughness(Box<Inputs>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +102,7 @@ struct Roughness {
 }
 
 impl Roughness {
-    fn ggx(&self, textures: &TextureTable, uv: [f32; 2]) -> Ggx {
+    fn ggx(&self, textures: &TextureTable, uv: TexturePoint) -> Ggx {
         let alpha = |s| {
             let r = textures.eval_scalar(s, uv);
             if self.remap { r.max(0.0).sqrt() } else { r }
@@ -153,13 +182,18 @@ impl MaterialTable {
         needs.set(Needs::TEXTURE_COORDINATES, m.varies() || needs.contains(Needs::NORMAL_MAPS));
         match &m.model {
             Model::Fixed([Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::Interface, _]) => {}
-            Model::Diffuse(_) | Model::Conductor { .. } => {}
+            Model::Fixed([Bsdf::OrenNayar(_) | Bsdf::Mirror(_), _]) => {}
+            Model::Diffuse(_) | Model::Conductor { .. } | Model::OrenNayar { .. } | Model::Mirror(_) => {}
             Model::Fixed([b, _]) => {
                 needs |= Needs::CHOICE;
                 needs.set(Needs::TRANSMISSION, b.is_transmissive());
             }
             Model::Dielectric { .. } | Model::DiffuseTransmission { .. } => {
                 needs |= Needs::CHOICE | Needs::TRANSMISSION;
+            }
+            Model::Uber { factors, .. } => {
+                needs |= Needs::CHOICE;
+                needs.set(Needs::TRANSMISSION, factors[3] != Color::Constant(Vec3::ZERO));
             }
             Model::Mix { materials, .. } => {
                 needs |= Needs::CHOICE | Needs::MIXES;
@@ -168,6 +202,11 @@ impl MaterialTable {
                         needs |= self.needs_to_depth(*id, depth - 1);
                     }
                 }
+            }
+            Model::MetallicRoughness(inputs) => {
+                needs |= Needs::CHOICE;
+                needs.set(Needs::TRANSMISSION, inputs.is_transmissive());
+                needs.set(Needs::VERTEX_COLORS, inputs.uses_vertex_colors());
             }
             _ => needs |= Needs::CHOICE,
         }
@@ -202,7 +241,12 @@ impl Material {
             Model::Fixed(sides) => sides.iter().any(Bsdf::is_anisotropic),
             Model::Conductor { roughness, .. }
             | Model::Dielectric { roughness, .. }
-            | Model::CoatedDiffuse { roughness, .. } => roughness.u != roughness.v,
+            | Model::CoatedDiffuse { roughness, .. }
+            | Model::Uber { roughness, .. }
+            | Model::Substrate { roughness, .. } => roughness.u != roughness.v,
+            Model::CoatedConductor { roughness, coat_roughness, .. } => {
+                roughness.u != roughness.v || coat_roughness.u != coat_roughness.v
+            }
             _ => false,
         }
     }
@@ -222,22 +266,23 @@ impl Model {
             |r: &d::Roughness| Roughness { u: textures.scalar(r.u), v: textures.scalar(r.v), remap: r.remap };
         let color = |c: &d::ColorInput| textures.color(*c);
         let fixed = |c: Color| matches!(c, Color::Constant(_));
+        let substance = |conductor: &d::Conductor| match conductor {
+            d::Conductor::EtaK { eta, k } => {
+                let (eta, k) = (color(eta), color(k));
+                (Substance::EtaK(eta, k), fixed(eta) && fixed(k))
+            }
+            d::Conductor::Reflectance(c) => {
+                let c = color(c);
+                (Substance::Reflectance(c), fixed(c))
+            }
+        };
         let (model, is_fixed) = match kind {
             MaterialKind::Diffuse { reflectance } => {
                 let c = color(reflectance);
                 (Self::Diffuse(c), fixed(c))
             }
             MaterialKind::Conductor { conductor, roughness: r } => {
-                let (substance, constant) = match conductor {
-                    d::Conductor::EtaK { eta, k } => {
-                        let (eta, k) = (color(eta), color(k));
-                        (Substance::EtaK(eta, k), fixed(eta) && fixed(k))
-                    }
-                    d::Conductor::Reflectance(c) => {
-                        let c = color(c);
-                        (Substance::Reflectance(c), fixed(c))
-                    }
-                };
+                let (substance, constant) = substance(conductor);
                 let roughness = roughness(r);
                 (Self::Conductor { substance, roughness }, constant && roughness.is_constant())
             }
@@ -263,10 +308,43 @@ impl Model {
                 let materials = [materials[0].0, materials[1].0];
                 return Self::Mix { materials, amount: textures.scalar(*amount) };
             }
+            MaterialKind::MetallicRoughness(m) => {
+                let inputs = Inputs::new(m, textures);
+                (Self::MetallicRoughness(Box::new(inputs)), inputs.is_constant())
+            }
             MaterialKind::Interface => return Self::Fixed([Bsdf::Interface; 2]),
+            MaterialKind::OrenNayar { reflectance, sigma } => {
+                let (reflectance, sigma) = (color(reflectance), textures.scalar(*sigma));
+                let constant = fixed(reflectance) && matches!(sigma, Scalar::Constant(_));
+                (Self::OrenNayar { reflectance, sigma }, constant)
+            }
+            MaterialKind::Mirror { reflectance } => {
+                let c = color(reflectance);
+                (Self::Mirror(c), fixed(c))
+            }
+            MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness: r, eta } => {
+                let factors = [diffuse, specular, mirror, transmission].map(color);
+                let roughness = roughness(r);
+                let constant = factors.into_iter().all(fixed) && roughness.is_constant();
+                (Self::Uber { factors, eta: *eta, roughness }, constant)
+            }
+            MaterialKind::Substrate { diffuse, specular, roughness: r } => {
+                let (diffuse, specular, roughness) = (color(diffuse), color(specular), roughness(r));
+                let constant = fixed(diffuse) && fixed(specular) && roughness.is_constant();
+                (Self::Substrate { diffuse, specular, roughness }, constant)
+            }
+            MaterialKind::CoatedConductor { conductor, roughness: r, eta, coat_roughness } => {
+                let (substance, constant) = substance(conductor);
+                let (roughness, coat_roughness) = (roughness(r), roughness(coat_roughness));
+                let constant = constant && roughness.is_constant() && coat_roughness.is_constant();
+                (Self::CoatedConductor { substance, roughness, eta: *eta, coat_roughness }, constant)
+            }
         };
         if is_fixed {
-            let at = |front| model.bsdf(textures, ShadingInput { uv: [0.0; 2], front, choice: 0.0 });
+            let at = |front| {
+                let uv = TexturePoint::default();
+                model.bsdf(textures, ShadingInput { uv, front, choice: 0.0, color: Vec3::ONE })
+            };
             return Self::Fixed([at(true), at(false)]);
         }
         model
@@ -284,14 +362,15 @@ impl Model {
         let uv = input.uv;
         // Negative and NaN reflectances become 0; above 1 a surface would emit.
         let albedo = |c: Color| unit(textures.eval_color(c, uv));
+        let indices = |substance: &Substance| match substance {
+            Substance::EtaK(eta, k) => (textures.eval_color(*eta, uv), textures.eval_color(*k, uv)),
+            Substance::Reflectance(c) => (Vec3::ONE, Conductor::k_from_reflectance(albedo(*c))),
+        };
         match self {
             Self::Fixed(sides) => sides[usize::from(!input.front)],
             Self::Diffuse(c) => Bsdf::Diffuse(Diffuse { reflectance: albedo(*c) }),
             Self::Conductor { substance, roughness } => {
-                let (eta, k) = match substance {
-                    Substance::EtaK(eta, k) => (textures.eval_color(*eta, uv), textures.eval_color(*k, uv)),
-                    Substance::Reflectance(c) => (Vec3::ONE, Conductor::k_from_reflectance(albedo(*c))),
-                };
+                let (eta, k) = indices(substance);
                 Bsdf::Conductor(Conductor { eta, k, ggx: roughness.ggx(textures, uv) })
             }
             Self::Dielectric { eta, tint, roughness } => {
@@ -310,6 +389,31 @@ impl Model {
                     transmittance: t / excess,
                 })
             }
+            Self::OrenNayar { reflectance, sigma } => {
+                Bsdf::OrenNayar(OrenNayar::new(albedo(*reflectance), textures.eval_scalar(*sigma, uv)))
+            }
+            Self::Mirror(c) => Bsdf::Mirror(Mirror { reflectance: albedo(*c) }),
+            Self::Uber { factors, eta, roughness } => {
+                let [diffuse, specular, mirror, transmission] = factors.map(albedo);
+                let eta = if input.front { *eta } else { 1.0 / *eta };
+                let ggx = roughness.ggx(textures, uv);
+                Bsdf::Uber(Uber { diffuse, specular, mirror, transmission, eta, ggx })
+            }
+            Self::Substrate { diffuse, specular, roughness } => {
+                let (diffuse, specular) = (albedo(*diffuse), albedo(*specular));
+                Bsdf::Substrate(Substrate { diffuse, specular, ggx: roughness.ggx(textures, uv) })
+            }
+            Self::CoatedConductor { substance, roughness, eta: coat_eta, coat_roughness } => {
+                let (eta, k) = indices(substance);
+                Bsdf::CoatedConductor(CoatedConductor {
+                    coat_eta: *coat_eta,
+                    coat: coat_roughness.ggx(textures, uv),
+                    eta: eta / *coat_eta,
+                    k: k / *coat_eta,
+                    ggx: roughness.ggx(textures, uv),
+                })
+            }
+            Self::MetallicRoughness(inputs) => inputs.bsdf(textures, input),
             Self::Mix { .. } => Bsdf::Interface, // resolved by MaterialTable::bsdf
         }
     }

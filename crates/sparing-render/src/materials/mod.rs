@@ -4,24 +4,36 @@
 //! `wo.z > 0` always; both point away from the surface. `f_cos` is f(wo, wi) |cos wi| in 1/sr, `pdf` is per
 //! steradian of `wi`. `sample` and `eval` must agree: the chi-square tests hold them to it.
 
+pub mod coated_conductor;
 pub mod coated_diffuse;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
 pub mod fresnel;
+pub mod metallic_roughness;
 pub mod microfacet;
+pub mod mirror;
+pub mod oren_nayar;
+pub mod substrate;
 pub mod thin_dielectric;
+pub mod uber;
 
 mod material;
 
+pub use coated_conductor::CoatedConductor;
 pub use coated_diffuse::{CoatTable, CoatedDiffuse};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use material::{Material, MaterialTable, ShadingInput};
+pub use metallic_roughness::MetallicRoughness;
+pub use mirror::Mirror;
+pub use oren_nayar::OrenNayar;
+pub use substrate::Substrate;
 pub use thin_dielectric::ThinDielectric;
+pub use uber::Uber;
 
 use glam::Vec3;
 
@@ -69,6 +81,18 @@ pub enum Bsdf {
     DiffuseTransmission(DiffuseTransmission),
     /// Nothing: light passes.
     Interface,
+    /// Rough matte.
+    OrenNayar(OrenNayar),
+    /// The same share at every angle.
+    Mirror(Mirror),
+    /// Lobes added up.
+    Uber(Uber),
+    /// Matte under a glossy layer.
+    Substrate(Substrate),
+    /// Coated metal.
+    CoatedConductor(CoatedConductor),
+    /// glTF's metal, plastic and thin glass.
+    MetallicRoughness(MetallicRoughness),
 }
 
 impl Bsdf {
@@ -91,7 +115,12 @@ impl Bsdf {
             Self::Dielectric(b) => b.eval(wo, wi),
             Self::CoatedDiffuse(b) => b.eval(wo, wi),
             Self::DiffuseTransmission(b) => b.eval(wi),
-            Self::ThinDielectric(_) | Self::Interface => Evaluation::ZERO,
+            Self::OrenNayar(b) => b.eval(wo, wi),
+            Self::Uber(b) => b.eval(wo, wi),
+            Self::Substrate(b) => b.eval(wo, wi),
+            Self::CoatedConductor(b) => b.eval(wo, wi),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::ThinDielectric(_) | Self::Interface | Self::Mirror(_) => Evaluation::ZERO,
         }
     }
 
@@ -115,6 +144,12 @@ impl Bsdf {
             Self::ThinDielectric(b) => b.sample(wo, lobe),
             Self::CoatedDiffuse(b) => b.sample(wo, lobe, u),
             Self::DiffuseTransmission(b) => b.sample(lobe, u),
+            Self::OrenNayar(b) => b.sample(wo, u),
+            Self::Mirror(b) => b.sample(wo),
+            Self::Uber(b) => b.sample(wo, lobe, u),
+            Self::Substrate(b) => b.sample(wo, lobe, u),
+            Self::CoatedConductor(b) => b.sample(wo, lobe, u),
+            Self::MetallicRoughness(b) => b.sample(wo, lobe, u),
             Self::Interface => Some(BsdfSample { wi: -wo, weight: Vec3::ONE, pdf: 1.0, is_delta: true }),
         }
     }
@@ -127,7 +162,11 @@ impl Bsdf {
             Self::Diffuse(_) | Self::CoatedDiffuse(_) | Self::DiffuseTransmission(_) => false,
             Self::Conductor(b) => b.ggx.is_smooth(),
             Self::Dielectric(b) => b.ggx.is_smooth() || b.eta == 1.0,
-            Self::ThinDielectric(_) | Self::Interface => true,
+            Self::OrenNayar(_) | Self::Substrate(_) => false,
+            Self::Uber(b) => b.is_all_delta(),
+            Self::CoatedConductor(b) => b.coat.is_smooth() && b.ggx.is_smooth(),
+            Self::MetallicRoughness(b) => b.is_all_delta(),
+            Self::ThinDielectric(_) | Self::Interface | Self::Mirror(_) => true,
         }
     }
 
@@ -138,6 +177,9 @@ impl Bsdf {
             Self::Conductor(b) => b.ggx.is_anisotropic(),
             Self::Dielectric(b) => b.ggx.is_anisotropic(),
             Self::CoatedDiffuse(b) => b.ggx.is_anisotropic(),
+            Self::Uber(b) => b.ggx.is_anisotropic(),
+            Self::Substrate(b) => b.ggx.is_anisotropic(),
+            Self::CoatedConductor(b) => b.ggx.is_anisotropic() || b.coat.is_anisotropic(),
             _ => false,
         }
     }
@@ -146,10 +188,15 @@ impl Bsdf {
     #[inline]
     #[must_use]
     pub fn is_transmissive(&self) -> bool {
-        matches!(
-            self,
-            Self::Dielectric(_) | Self::ThinDielectric(_) | Self::DiffuseTransmission(_) | Self::Interface
-        )
+        match self {
+            Self::Dielectric(_)
+            | Self::ThinDielectric(_)
+            | Self::DiffuseTransmission(_)
+            | Self::Interface => true,
+            Self::Uber(b) => b.transmission != Vec3::ZERO,
+            Self::MetallicRoughness(b) => b.is_transmissive(),
+            _ => false,
+        }
     }
 
     /// Colour for the albedo layer: reflected and transmitted light under uniform light, roughly.
@@ -161,6 +208,12 @@ impl Bsdf {
             Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Interface => Vec3::ONE,
             Self::CoatedDiffuse(b) => b.reflectance,
             Self::DiffuseTransmission(b) => b.reflectance + b.transmittance,
+            Self::OrenNayar(b) => b.reflectance(),
+            Self::Mirror(b) => b.reflectance,
+            Self::Uber(b) => (b.diffuse + b.transmission).min(Vec3::ONE),
+            Self::Substrate(b) => b.diffuse * (Vec3::ONE - b.specular) + b.specular,
+            Self::CoatedConductor(b) => fresnel::conductor(1.0, b.eta, b.k),
+            Self::MetallicRoughness(b) => b.base_color,
         }
     }
 }

@@ -16,6 +16,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{self as d, ColorInput, Geometry, ImageId};
+use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// How to build.
@@ -140,17 +142,48 @@ fn decode(description: &SceneDescription) -> Result<Vec<Option<Image>>, BuildErr
         }
     }
     for light in &description.lights {
-        if let d::Light::Environment { image: Some(image), .. } = light {
-            mark(image);
+        match light {
+            d::Light::Environment { image: Some(map), .. } => mark(&map.image),
+            d::Light::Goniometric { image: Some(image), .. }
+            | d::Light::Projection { image: Some(image), .. } => {
+                mark(image);
+            }
+            _ => {}
         }
     }
-    let images: Result<Vec<_>, _> = description
-        .images
-        .par_iter()
-        .zip(&used)
-        .map(|(image, used)| used.then(|| Image::load(image)).transpose())
+    // The first image of each source decodes it; the others share the pixels.
+    let images = &description.images;
+    let mut first: HashMap<Source<'_>, usize> = HashMap::new();
+    let decodes: Vec<Option<usize>> = (0..images.len())
+        .map(|i| used[i].then(|| *first.entry(Source::of(&images[i].source)).or_insert(i)))
         .collect();
-    Ok(images?)
+    let pictures: Result<Vec<_>, _> = images
+        .par_iter()
+        .enumerate()
+        .map(|(i, image)| {
+            (decodes[i] == Some(i)).then(|| Image::decode(&image.source).map(Arc::new)).transpose()
+        })
+        .collect();
+    let pictures = pictures?;
+    let picture = |i: &usize| pictures[*i].clone();
+    let all = images.iter().zip(&decodes);
+    Ok(all.map(|(image, i)| Some(Image::shared(i.as_ref().and_then(picture)?, image.encoding))).collect())
+}
+
+/// What is decoded once: a file, or the very same bytes.
+#[derive(PartialEq, Eq, Hash)]
+enum Source<'a> {
+    File(&'a Path),
+    Bytes(*const u8, usize),
+}
+
+impl<'a> Source<'a> {
+    fn of(source: &'a d::ImageSource) -> Self {
+        match source {
+            d::ImageSource::File(path) => Self::File(path),
+            d::ImageSource::Bytes { bytes, .. } => Self::Bytes(bytes.as_ptr(), bytes.len()),
+        }
+    }
 }
 
 struct Parts<'a> {
@@ -179,12 +212,14 @@ impl Parts<'_> {
         if alpha == Some(Scalar::Constant(0.0)) {
             return Ok(());
         }
-        let alpha = alpha.filter(|a| !matches!(a, Scalar::Constant(v) if *v >= 1.0));
+        let vertices = matches!(&shape.geometry, Geometry::Triangles(m) if translucent(m));
+        let alpha = alpha.filter(|a| vertices || !matches!(a, Scalar::Constant(v) if *v >= 1.0));
+        let alpha = alpha.map(|value| Opacity { value, cutoff: shape.alpha_cutoff });
         self.needs |= self.materials.needs(material);
         self.needs.set(Needs::ALPHA, self.needs.contains(Needs::ALPHA) || alpha.is_some());
         let emission = shape.emission.map(|e| self.emission(&e));
         let (geometry, id) = match shape.geometry {
-            Geometry::Triangles(m) => self.triangles(builder, m, alpha)?,
+            Geometry::Triangles(m) => self.triangles(builder, m, alpha, material)?,
             Geometry::Quads(m) => self.quads(builder, m, alpha)?,
             Geometry::Sphere { center, radius, axes } => {
                 self.needs |= Needs::SPHERES;
@@ -194,7 +229,7 @@ impl Parts<'_> {
                     let (t, axes) = (Arc::clone(&self.textures), axes);
                     let test = alpha_test(t, a, move |h| {
                         let p = Vec3::from(h.org()) + Vec3::from(h.dir()) * h.tfar();
-                        super::surface::sphere_uv((p - center).normalize_or_zero(), &axes)
+                        (super::surface::sphere_uv((p - center).normalize_or_zero(), &axes), 1.0)
                     });
                     g = g.filter(test.clone()).occlusion_filter(test);
                 }
@@ -208,7 +243,7 @@ impl Parts<'_> {
                     let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
                         let p = Vec3::from(h.org()) + Vec3::from(h.dir()) * h.tfar();
                         let q = (p - center) / radius;
-                        super::surface::disk_uv(q.dot(tangent), q.dot(normal.cross(tangent)))
+                        (super::surface::disk_uv(q.dot(tangent), q.dot(normal.cross(tangent))), 1.0)
                     });
                     g = g.filter(test.clone()).occlusion_filter(test);
                 }
@@ -261,6 +296,7 @@ impl Parts<'_> {
             indices: SharedBuffer::from(indices),
             normals,
             uvs: uvs.map(Arc::new),
+            colors: None,
         }
     }
 
@@ -268,19 +304,31 @@ impl Parts<'_> {
         &mut self,
         builder: &mut SceneBuilder,
         m: d::TriangleMesh,
-        alpha: Option<Scalar>,
+        alpha: Option<Opacity>,
+        material: u32,
     ) -> Result<(ShapeGeometry, embree4::GeometryId), BuildError> {
         self.needs |= Needs::TRIANGLES;
         self.statistics.triangles += m.indices.len() as u64;
-        let mesh = self.mesh(m.positions, m.indices, m.normals, m.uvs);
+        // Opacities count where there is a cut-out, colours where the material asks for them.
+        let seen = self.materials.needs(material).contains(Needs::VERTEX_COLORS);
+        let colors = m.colors.filter(|_| alpha.is_some() || seen).map(Arc::new);
+        self.statistics.geometry_bytes += colors.as_ref().map_or(0, |c| 16 * c.len() as u64);
+        let mut mesh = self.mesh(m.positions, m.indices, m.normals, m.uvs);
+        mesh.colors = colors.clone();
         let mut g = embree4::TriangleMesh::new(mesh.positions.clone(), mesh.indices.clone());
         if let Some(a) = alpha {
             let (uvs, indices) = (mesh.uvs.clone(), mesh.indices.clone());
             let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
                 let (u, v) = (h.u(), h.v());
-                let Some(uvs) = &uvs else { return [u + v, v] };
-                let f = indices[h.prim_id() as usize].map(|i| uvs[i as usize]);
-                [0, 1].map(|k| f[0][k] * (1.0 - u - v) + f[1][k] * u + f[2][k] * v)
+                let face = indices[h.prim_id() as usize];
+                let mix = |a: f32, b: f32, c: f32| a * (1.0 - u - v) + b * u + c * v;
+                let opacity = colors.as_ref().map_or(1.0, |colors| {
+                    let [a, b, c] = face.map(|i| colors[i as usize][3]);
+                    mix(a, b, c)
+                });
+                let Some(uvs) = &uvs else { return ([u + v, v], opacity) };
+                let f = face.map(|i| uvs[i as usize]);
+                ([0, 1].map(|k| mix(f[0][k], f[1][k], f[2][k])), opacity)
             });
             g = g.filter(test.clone()).occlusion_filter(test);
         }
@@ -292,7 +340,7 @@ impl Parts<'_> {
         &mut self,
         builder: &mut SceneBuilder,
         m: d::QuadMesh,
-        alpha: Option<Scalar>,
+        alpha: Option<Opacity>,
     ) -> Result<(ShapeGeometry, embree4::GeometryId), BuildError> {
         self.needs |= Needs::QUADS;
         self.statistics.quads += m.indices.len() as u64;
@@ -302,14 +350,15 @@ impl Parts<'_> {
             let (uvs, indices) = (mesh.uvs.clone(), mesh.indices.clone());
             let test = alpha_test(Arc::clone(&self.textures), a, move |h| {
                 let (u, v) = (h.u(), h.v());
-                let Some(uvs) = &uvs else { return [u, v] };
+                let Some(uvs) = &uvs else { return ([u, v], 1.0) };
                 let f = indices[h.prim_id() as usize].map(|i| uvs[i as usize]);
-                if u + v <= 1.0 {
+                let uv = if u + v <= 1.0 {
                     [0, 1].map(|k| f[0][k] * (1.0 - u - v) + f[1][k] * u + f[3][k] * v)
                 } else {
                     let (u, v) = (1.0 - u, 1.0 - v);
                     [0, 1].map(|k| f[2][k] * (1.0 - u - v) + f[3][k] * u + f[1][k] * v)
-                }
+                };
+                (uv, 1.0)
             });
             g = g.filter(test.clone()).occlusion_filter(test);
         }
@@ -318,16 +367,33 @@ impl Parts<'_> {
     }
 }
 
-/// Opacity as a filter function: between 0 and 1 a number hashed from the ray and the hit decides, so that a
-/// ray always sees the same.
+/// How opaque a shape is.
+#[derive(Clone, Copy, Debug)]
+struct Opacity {
+    value: Scalar,
+    /// Where it is a threshold.
+    cutoff: Option<f32>,
+}
+
+/// Whether some vertex has a colour that is not opaque.
+fn translucent(mesh: &d::TriangleMesh) -> bool {
+    mesh.colors.iter().flatten().any(|color| color[3] < 1.0)
+}
+
+/// Opacity as a filter function: without a threshold, between 0 and 1 a number hashed from the ray and the hit
+/// decides, so that a ray always sees the same. `at` gives texture coordinates and a factor.
 fn alpha_test(
     textures: Arc<TextureTable>,
-    alpha: Scalar,
-    uv: impl Fn(&embree4::FilterHit<'_>) -> [f32; 2] + Clone + Send + Sync + 'static,
+    alpha: Opacity,
+    at: impl Fn(&embree4::FilterHit<'_>) -> ([f32; 2], f32) + Clone + Send + Sync + 'static,
 ) -> impl Fn(&embree4::FilterHit<'_>) -> bool + Clone + Send + Sync + 'static {
     move |h| {
         count(Counter::AlphaTest);
-        let a = textures.eval_scalar(alpha, uv(h));
+        let (uv, factor) = at(h);
+        let a = textures.eval_scalar(alpha.value, uv) * factor;
+        if let Some(cutoff) = alpha.cutoff {
+            return a >= cutoff;
+        }
         if a >= 1.0 {
             return true;
         }

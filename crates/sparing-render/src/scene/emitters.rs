@@ -3,8 +3,8 @@
 use super::surface::{FaceLights, ShapeGeometry, ShapeRecord};
 use super::{BuildError, InstanceRecord};
 use crate::lights::{
-    DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, Light, PointLight,
-    SphereLight, SpotLight,
+    DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, GoniometricLight, Light,
+    PointLight, ProjectionLight, SphereLight, SpotLight,
 };
 use crate::sampling::Frame;
 use crate::texture::{Color, Image};
@@ -48,19 +48,58 @@ impl LightBuilder {
                 irradiance: *irradiance,
             }),
             d::Light::Environment { radiance, image, light_to_world } => {
-                let map = match image.and_then(|i| images[i.0 as usize].clone()) {
+                let mut radiance = *radiance;
+                let loaded = image.and_then(|map| Some((map, images[map.image.0 as usize].clone()?)));
+                let map = match loaded {
                     None => None,
-                    Some(image) => {
+                    Some((map, image)) => {
                         let (w, h) = (image.width(), image.height());
-                        Some(EnvironmentMap::new(image).ok_or_else(|| {
+                        let prepared = EnvironmentMap::with_mapping(image, map.mapping).ok_or_else(|| {
                             BuildError::Invalid(format!(
                                 "an environment map must be square (equal-area) or twice as wide as high \
                                  (latitude-longitude), not {w}x{h}"
                             ))
-                        })?)
+                        })?;
+                        if let Some(target) = map.illuminance {
+                            let found = prepared.illuminance();
+                            radiance *= if found > 0.0 { target / found } else { 0.0 };
+                        }
+                        Some(prepared)
                     }
                 };
-                Light::Environment(Environment { radiance: *radiance, map, light_to_world: *light_to_world })
+                Light::Environment(Environment { radiance, map, light_to_world: *light_to_world })
+            }
+            d::Light::Goniometric { position, intensity, image, mapping, power, light_to_world } => {
+                let image = image.and_then(|i| images[i.0 as usize].clone());
+                let square = image.as_ref().is_none_or(|i| i.width() == i.height());
+                let equal_area = match mapping {
+                    d::SphereMapping::Auto => square,
+                    d::SphereMapping::LatLong => false,
+                    d::SphereMapping::EqualArea if square => true,
+                    d::SphereMapping::EqualArea => {
+                        let message = "the equal-area picture of a goniometric light must be square";
+                        return Err(BuildError::Invalid(message.to_owned()));
+                    }
+                };
+                let light = GoniometricLight {
+                    position: *position,
+                    intensity: *intensity,
+                    image,
+                    equal_area,
+                    light_to_world: *light_to_world,
+                };
+                Light::Goniometric(Box::new(match power {
+                    Some(watt) => light.with_power(*watt),
+                    None => light,
+                }))
+            }
+            d::Light::Projection { position, intensity, image, fov, power, light_to_world } => {
+                let image = image.and_then(|i| images[i.0 as usize].clone());
+                let light = ProjectionLight::new(*position, *intensity, image, *fov, *light_to_world);
+                Light::Projection(Box::new(match power {
+                    Some(watt) => light.with_power(*watt),
+                    None => light,
+                }))
             }
         };
         self.push(light);

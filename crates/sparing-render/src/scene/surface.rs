@@ -8,6 +8,7 @@
 use super::{InstanceRecord, Scene};
 use crate::counters::{Counter, count};
 use crate::needs::Needs;
+use crate::texture::TexturePoint;
 use embree4::SharedBuffer;
 use glam::{Affine3A, Mat3A, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -60,6 +61,8 @@ where
     pub normals: Option<Vec<[f32; 3]>>,
     /// Vertex texture coordinates.
     pub uvs: Option<Arc<Vec<[f32; 2]>>>,
+    /// Vertex colours and opacities.
+    pub colors: Option<Arc<Vec<[f32; 4]>>>,
 }
 
 /// A shape of the scene.
@@ -140,6 +143,8 @@ pub struct SurfacePoint {
     pub dpdv: Vec3,
     /// How far off the surface rays start.
     pub offset: f32,
+    /// Colour of the vertices around; white unless it is needed and there is one.
+    pub color: Vec3,
 }
 
 impl SurfacePoint {
@@ -152,7 +157,15 @@ impl SurfacePoint {
         dpdu: Vec3::ZERO,
         dpdv: Vec3::ZERO,
         offset: 0.0,
+        color: Vec3::ONE,
     };
+
+    /// Where textures are looked up.
+    #[inline]
+    #[must_use]
+    pub fn texture_point(&self) -> TexturePoint {
+        TexturePoint { uv: self.uv, p: self.p, n: self.ng }
+    }
 
     /// Where a ray along `w` starts: on its side of the surface.
     #[inline]
@@ -287,7 +300,13 @@ where
                 (dpdu, dpdv) = derivatives(e1, e2, uvs, ng);
             }
         }
-        SurfacePoint { p: position, ng, ns, uv, dpdu, dpdv, offset }
+        let mut color = Vec3::ONE;
+        if let Some(colors) = self.colors.as_ref().filter(|_| needs.contains(Needs::VERTEX_COLORS)) {
+            count(Counter::VertexColor);
+            let c = corners.map(|i| Vec3::from_slice(&colors[i as usize]));
+            color = c[0] * w + c[1] * u + c[2] * v;
+        }
+        SurfacePoint { p: position, ng, ns, uv, dpdu, dpdv, offset, color }
     }
 }
 
@@ -336,7 +355,7 @@ fn sphere_point(p: Vec3, center: Vec3, radius: f32, axes: &[Vec3; 3]) -> Surface
     // v grows from the south pole.
     let dpdv = (pole - n * n.dot(pole)).normalize_or_zero() * (PI * radius);
     let offset = (center.abs().max_element() + radius) * 4.0 * OFFSET_SCALE;
-    SurfacePoint { p, ng: n, ns: n, uv: sphere_uv(n, axes), dpdu, dpdv, offset }
+    SurfacePoint { p, ng: n, ns: n, uv: sphere_uv(n, axes), dpdu, dpdv, offset, color: Vec3::ONE }
 }
 
 fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -> SurfacePoint {
@@ -347,7 +366,16 @@ fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -
     let dpdu = normal.cross(d) * (2.0 * PI);
     let dpdv = -d.normalize_or_zero() * radius;
     let offset = (center.abs().max_element() + radius) * 4.0 * OFFSET_SCALE;
-    SurfacePoint { p: center + d, ng: normal, ns: normal, uv: disk_uv(x, y), dpdu, dpdv, offset }
+    SurfacePoint {
+        p: center + d,
+        ng: normal,
+        ns: normal,
+        uv: disk_uv(x, y),
+        dpdu,
+        dpdv,
+        offset,
+        color: Vec3::ONE,
+    }
 }
 
 impl InstanceRecord {

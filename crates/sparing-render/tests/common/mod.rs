@@ -31,7 +31,14 @@ pub fn diffuse(albedo: f32) -> MaterialKind {
 
 /// A shape of material 0.
 pub fn shape(geometry: Geometry) -> Shape {
-    Shape { geometry, material: MaterialId(0), emission: None, alpha: None, reverse_orientation: false }
+    Shape {
+        geometry,
+        material: MaterialId(0),
+        emission: None,
+        alpha: None,
+        alpha_cutoff: None,
+        reverse_orientation: false,
+    }
 }
 
 /// A one-sided emitter of material 0.
@@ -46,8 +53,7 @@ pub fn square(center: Vec3, x: Vec3, y: Vec3) -> Geometry {
     Geometry::Triangles(TriangleMesh {
         positions: p.map(|v| v.to_array()).to_vec(),
         indices: vec![[0, 1, 2], [0, 2, 3]],
-        normals: None,
-        uvs: None,
+        ..TriangleMesh::default()
     })
 }
 
@@ -61,7 +67,7 @@ fn corners(h: f32) -> Vec<[f32; 3]> {
 /// A cube of half-size `h`, normals outwards.
 pub fn closed_box(h: f32) -> Geometry {
     let indices = FACES.iter().flat_map(|f| [[f[0], f[2], f[1]], [f[0], f[3], f[2]]]).collect();
-    Geometry::Triangles(TriangleMesh { positions: corners(h), indices, normals: None, uvs: None })
+    Geometry::Triangles(TriangleMesh { positions: corners(h), indices, ..TriangleMesh::default() })
 }
 
 /// The same of quads.

@@ -1,6 +1,6 @@
 //! What tells two scenes apart.
 
-use super::{Geometry, Image, ImageSource, SceneDescription, Shape};
+use super::{Geometry, Image, ImageSource, QuadMesh, SceneDescription, Shape, TriangleMesh};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::io::{self, Read};
@@ -79,20 +79,24 @@ fn named(path: &std::path::Path, error: &io::Error) -> io::Error {
 }
 
 fn hash_shape(hasher: &mut Hasher, shape: &Shape) {
-    let Shape { geometry, material, emission, alpha, reverse_orientation } = shape;
-    let _ = write!(hasher, "shape {material:?}{emission:?}{alpha:?}{reverse_orientation}");
+    let Shape { geometry, material, emission, alpha, reverse_orientation, alpha_cutoff } = shape;
+    let _ = write!(hasher, "shape {material:?}{emission:?}{alpha:?}{reverse_orientation}{alpha_cutoff:?}");
+    // All fields are named here and above, so that a new one cannot be forgotten.
     match geometry {
-        Geometry::Triangles(mesh) => {
-            let _ = write!(hasher, "triangles {} {}", mesh.positions.len(), mesh.indices.len());
-            hasher.0.update(bytemuck::cast_slice(&mesh.positions));
-            hasher.0.update(bytemuck::cast_slice(&mesh.indices));
-            hash_attributes(hasher, mesh.normals.as_deref(), mesh.uvs.as_deref());
+        Geometry::Triangles(TriangleMesh { positions, indices, normals, uvs, colors }) => {
+            let _ = write!(hasher, "triangles");
+            numbers(hasher, positions);
+            numbers(hasher, indices);
+            optional(hasher, normals.as_deref());
+            optional(hasher, uvs.as_deref());
+            optional(hasher, colors.as_deref());
         }
-        Geometry::Quads(mesh) => {
-            let _ = write!(hasher, "quads {} {}", mesh.positions.len(), mesh.indices.len());
-            hasher.0.update(bytemuck::cast_slice(&mesh.positions));
-            hasher.0.update(bytemuck::cast_slice(&mesh.indices));
-            hash_attributes(hasher, mesh.normals.as_deref(), mesh.uvs.as_deref());
+        Geometry::Quads(QuadMesh { positions, indices, normals, uvs }) => {
+            let _ = write!(hasher, "quads");
+            numbers(hasher, positions);
+            numbers(hasher, indices);
+            optional(hasher, normals.as_deref());
+            optional(hasher, uvs.as_deref());
         }
         other => {
             let _ = write!(hasher, "{other:?}");
@@ -100,8 +104,51 @@ fn hash_shape(hasher: &mut Hasher, shape: &Shape) {
     }
 }
 
-fn hash_attributes(hasher: &mut Hasher, normals: Option<&[[f32; 3]]>, uvs: Option<&[[f32; 2]]>) {
-    let _ = write!(hasher, "{} {}", normals.is_some(), uvs.is_some());
-    hasher.0.update(bytemuck::cast_slice(normals.unwrap_or_default()));
-    hasher.0.update(bytemuck::cast_slice(uvs.unwrap_or_default()));
+fn numbers<T: bytemuck::NoUninit>(hasher: &mut Hasher, values: &[T]) {
+    let _ = write!(hasher, "{} ", values.len());
+    hasher.0.update(bytemuck::cast_slice(values));
+}
+
+fn optional<T: bytemuck::NoUninit>(hasher: &mut Hasher, values: Option<&[T]>) {
+    let _ = write!(hasher, "{}", values.is_some());
+    numbers(hasher, values.unwrap_or_default());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LoadOptions, load_pbrt_text};
+    use std::path::Path;
+
+    const SCENE: &str =
+        "Camera \"perspective\" \"float fov\" 40 WorldBegin LightSource \"infinite\" \"rgb L\" [1 1 1]
+        Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
+        Shape \"trianglemesh\" \"point3 P\" [0 0 1 1 0 1 0 1 1] \"point2 uv\" [0 0 1 0 0 1]
+        ObjectBegin \"a\" Shape \"sphere\" ObjectEnd ObjectInstance \"a\"";
+
+    fn of(text: &str) -> String {
+        let scene =
+            load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default()).expect("it loads");
+        scene.fingerprint().expect("nothing to read")
+    }
+
+    #[test]
+    fn every_change_that_is_seen_changes_it() {
+        let first = of(SCENE);
+        assert_eq!(first.len(), 64);
+        assert_eq!(first, of(&format!("# a comment\n{}", SCENE.replace("0.5 0.5", "0.50   0.5"))));
+        for (from, to) in [
+            ("40", "41"),
+            ("[1 1 1]", "[1 1 1.0001]"),
+            ("[0.5 0.5 0.5]", "[0.5 0.5 0.51]"),
+            ("[0 0 1 1 0 1 0 1 1]", "[0 0 1 1 0 1 0 1 1.0000001]"),
+            ("[0 0 1 0 0 1]", "[0 0 1 0 0 2]"),
+            ("\"point2 uv\" [0 0 1 0 0 1]", ""),
+            ("ObjectInstance \"a\"", "Translate 1e-3 0 0 ObjectInstance \"a\""),
+            ("\"sphere\"", "\"sphere\" \"float radius\" 2"),
+            ("\"infinite\"", "\"distant\""),
+        ] {
+            assert_ne!(first, of(&SCENE.replace(from, to)), "{from} {to}");
+        }
+    }
 }

@@ -8,6 +8,7 @@ mod camera;
 mod fingerprint;
 mod light;
 mod material;
+mod procedural;
 mod shape;
 mod texture;
 mod validate;
@@ -15,8 +16,9 @@ mod validate;
 pub use camera::{
     Camera, FilmSettings, IntegratorSettings, PixelFilter, Projection, SamplerKind, SamplerSettings,
 };
-pub use light::Light;
-pub use material::{Conductor, Material, MaterialKind, Roughness};
+pub use light::{EnvironmentImage, Light, SphereMapping};
+pub use material::{Conductor, Material, MaterialKind, MetallicRoughness, Roughness};
+pub use procedural::{Noise, Projection as TextureProjection, ScalarFunction};
 pub use shape::{Emission, Geometry, Instance, ObjectDefinition, QuadMesh, Shape, TriangleMesh};
 pub use texture::{ColorInput, FloatInput, Image, ImageSource, Texture, TextureEncoding, UvMapping, Wrap};
 

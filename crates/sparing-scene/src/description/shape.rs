@@ -12,8 +12,10 @@ pub struct Shape {
     pub material: MaterialId,
     /// Emitted light, if any.
     pub emission: Option<Emission>,
-    /// Opacity in 0..1: cut-out. `None` is opaque.
+    /// Opacity in 0..1: cut-out. `None` is opaque. The opacity of the vertices' colours is a factor.
     pub alpha: Option<FloatInput>,
+    /// Opacities from here on are opaque, those below are absent; `None`: opacity is a probability.
+    pub alpha_cutoff: Option<f32>,
     /// Whether the geometric normal is flipped (matters for one-sided emission and for `eta`).
     pub reverse_orientation: bool,
 }
@@ -56,7 +58,7 @@ pub enum Geometry {
     },
 }
 
-/// An indexed triangle mesh. Indices are in range; `normals` and `uvs` are per vertex.
+/// An indexed triangle mesh. Indices are in range; `normals`, `uvs` and `colors` are per vertex.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleMesh {
     /// Vertices.
@@ -67,6 +69,8 @@ pub struct TriangleMesh {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Texture coordinates; v = 0 is the bottom of the picture.
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Colours and opacities, linear Rec.709 and 0..1.
+    pub colors: Option<Vec<[f32; 4]>>,
 }
 
 /// An indexed quad mesh; vertices go round each quad.

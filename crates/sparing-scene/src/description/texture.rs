@@ -1,7 +1,8 @@
 //! Textures and the inputs that they feed.
 
+use super::procedural::{Noise, Projection, ScalarFunction};
 use super::{ImageId, TextureId};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -52,6 +53,12 @@ pub enum TextureEncoding {
     Gamma(f32),
     /// Linear, and the value is the alpha channel (or the mean of RGB where there is none).
     Alpha,
+    /// Linear, and the value is the red channel.
+    Red,
+    /// Linear, and the value is the green channel.
+    Green,
+    /// Linear, and the value is the blue channel.
+    Blue,
 }
 
 /// A picture that textures or lights use; decoded by the renderer, once.
@@ -77,18 +84,21 @@ pub enum ImageSource {
     },
 }
 
-/// u' = scale * u + offset, applied to the surface's texture coordinates.
+/// u' = scale[0] u + cross[0] v + offset[0] and v' = cross[1] u + scale[1] v + offset[1], applied to the surface's
+/// texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
     /// Factors.
     pub scale: [f32; 2],
     /// Added after scaling.
     pub offset: [f32; 2],
+    /// Factors of the other coordinate: rotations.
+    pub cross: [f32; 2],
 }
 
 impl Default for UvMapping {
     fn default() -> Self {
-        Self { scale: [1.0; 2], offset: [0.0; 2] }
+        Self { scale: [1.0; 2], offset: [0.0; 2], cross: [0.0; 2] }
     }
 }
 
@@ -103,8 +113,8 @@ pub enum Texture {
         image: ImageId,
         /// Coordinates.
         mapping: UvMapping,
-        /// Outside 0..1.
-        wrap: Wrap,
+        /// Outside 0..1, along u and along v.
+        wrap: [Wrap; 2],
         /// Factor on the value.
         scale: f32,
         /// value -> 1 - value, before the factor.
@@ -134,5 +144,67 @@ pub enum Texture {
         b: ColorInput,
         /// Share of b.
         amount: FloatInput,
+    },
+    /// A number put through a function.
+    Function {
+        /// What goes in.
+        input: FloatInput,
+        /// The function.
+        function: ScalarFunction,
+    },
+    /// A texture whose coordinates come from the position.
+    Projected {
+        /// How.
+        projection: Projection,
+        /// From world space to the space of the projection.
+        from_world: Affine3A,
+        /// What is looked up there.
+        input: ColorInput,
+    },
+    /// Alternating unit cubes.
+    Cubes {
+        /// From world space to that of the cubes.
+        from_world: Affine3A,
+        /// Even cubes.
+        even: ColorInput,
+        /// Odd cubes.
+        odd: ColorInput,
+    },
+    /// Round dots at random in half of the unit squares.
+    Dots {
+        /// Coordinates.
+        mapping: UvMapping,
+        /// In the dots.
+        inside: ColorInput,
+        /// Between them.
+        outside: ColorInput,
+    },
+    /// A function of the position made of noise.
+    Noise {
+        /// From world space to that of the noise.
+        from_world: Affine3A,
+        /// Which function.
+        noise: Noise,
+    },
+    /// By the angle between the normal and a direction: |cos| of the first, the rest of the second.
+    DirectionMix {
+        /// Unit direction in world space.
+        direction: Vec3,
+        /// Along the direction.
+        a: ColorInput,
+        /// Across it.
+        b: ColorInput,
+    },
+    /// Bilinear between four corners of the unit square.
+    Bilinear {
+        /// Coordinates.
+        mapping: UvMapping,
+        /// At (0, 0), (0, 1), (1, 0), (1, 1).
+        corners: [Vec3; 4],
+    },
+    /// The fractions of u and v as red and green.
+    Coordinates {
+        /// Coordinates.
+        mapping: UvMapping,
     },
 }

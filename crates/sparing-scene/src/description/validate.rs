@@ -8,6 +8,8 @@ use crate::error::{ErrorKind, SceneError};
 
 /// Texture nodes that one lookup may visit.
 const MAX_LOOKUPS: u64 = 256;
+/// Octaves of noise in one texture.
+const MAX_OCTAVES: u32 = 64;
 /// Mixes of mixes.
 const MAX_MIXES: u32 = 16;
 
@@ -84,7 +86,8 @@ impl SceneDescription {
         match texture {
             Texture::Constant(value) => self.color(ColorInput::Constant(*value), index),
             Texture::Image { image, mapping, scale, .. } => {
-                let numbers = mapping.scale.iter().chain(&mapping.offset).chain([scale]);
+                let numbers =
+                    mapping.scale.iter().chain(&mapping.offset).chain(&mapping.cross).chain([scale]);
                 if !numbers.copied().all(f32::is_finite) {
                     return Err("its mapping is not finite".to_owned());
                 }
@@ -99,6 +102,19 @@ impl SceneDescription {
                 self.color(*b, index)?;
                 self.float(*amount, index)
             }
+            Texture::Projected { from_world, .. } | Texture::Cubes { from_world, .. }
+                if !from_world.is_finite() =>
+            {
+                Err("its mapping is not finite".to_owned())
+            }
+            Texture::Noise { from_world, noise } => {
+                let octaves = noise.octaves();
+                if octaves > MAX_OCTAVES {
+                    return Err(format!("{octaves} octaves of noise, more than {MAX_OCTAVES}"));
+                }
+                if from_world.is_finite() { Ok(()) } else { Err("its mapping is not finite".to_owned()) }
+            }
+            other => other.inputs().into_iter().try_for_each(|input| self.color(input, index)),
         }
     }
 
@@ -146,6 +162,36 @@ impl SceneDescription {
                 self.float(*amount, all)
             }
             MaterialKind::Interface => Ok(()),
+            MaterialKind::OrenNayar { reflectance, sigma } => {
+                self.color(*reflectance, all).and_then(|()| self.float(*sigma, all))
+            }
+            MaterialKind::Mirror { reflectance } => self.color(*reflectance, all),
+            MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness, eta } => {
+                index_of_refraction(*eta)?;
+                rough(roughness)?;
+                [diffuse, specular, mirror, transmission].into_iter().try_for_each(|c| self.color(*c, all))
+            }
+            MaterialKind::Substrate { diffuse, specular, roughness } => {
+                rough(roughness)?;
+                self.color(*diffuse, all).and_then(|()| self.color(*specular, all))
+            }
+            MaterialKind::CoatedConductor { conductor, roughness, eta, coat_roughness } => {
+                index_of_refraction(*eta)?;
+                rough(roughness)?;
+                rough(coat_roughness)?;
+                match conductor {
+                    Conductor::EtaK { eta, k } => self.color(*eta, all).and_then(|()| self.color(*k, all)),
+                    Conductor::Reflectance(color) => self.color(*color, all),
+                }
+            }
+            MaterialKind::MetallicRoughness(m) => {
+                if !(m.eta.is_finite() && m.eta >= 0.0) {
+                    return Err(format!("index of refraction {}", m.eta));
+                }
+                [m.base_color, m.specular_color].into_iter().try_for_each(|color| self.color(color, all))?;
+                let numbers = [m.metallic, m.roughness, m.specular, m.transmission, m.clearcoat];
+                numbers.into_iter().chain([m.clearcoat_roughness]).try_for_each(|n| self.float(n, all))
+            }
         }
     }
 
@@ -155,14 +201,8 @@ impl SceneDescription {
         let mut lookups: Vec<u64> = Vec::with_capacity(self.textures.len());
         for (i, texture) in self.textures.iter().enumerate() {
             let of = |id: TextureId| lookups.get(id.0 as usize).copied().unwrap_or(0);
-            let color = |input: &ColorInput| if let ColorInput::Texture(id) = input { of(*id) } else { 0 };
-            let float = |input: &FloatInput| if let FloatInput::Texture(id) = input { of(*id) } else { 0 };
-            let nodes = 1 + match texture {
-                Texture::Constant(_) | Texture::Image { .. } => 0,
-                Texture::Checkerboard { even, odd, .. } => color(even) + color(odd),
-                Texture::Scale { a, b } => color(a) + color(b),
-                Texture::Mix { a, b, amount } => color(a) + color(b) + float(amount),
-            };
+            let color = |input: ColorInput| if let ColorInput::Texture(id) = input { of(id) } else { 0 };
+            let nodes = 1 + texture.inputs().into_iter().map(color).sum::<u64>();
             if nodes > MAX_LOOKUPS {
                 return Err(invalid(format!("texture {i}: it is made of more than {MAX_LOOKUPS} textures")));
             }
@@ -200,9 +240,13 @@ impl SceneDescription {
         if let Some(alpha) = shape.alpha {
             self.float(alpha, all)?;
         }
+        if shape.alpha_cutoff.is_some_and(|cutoff| !cutoff.is_finite()) {
+            return Err("its cut-off is not finite".to_owned());
+        }
         match &shape.geometry {
             Geometry::Triangles(mesh) => {
                 let indices = mesh.indices.as_flattened();
+                check_colors(mesh.colors.as_deref(), mesh.positions.len())?;
                 check_mesh(&mesh.positions, indices, mesh.normals.as_deref(), mesh.uvs.as_deref())
             }
             Geometry::Quads(mesh) => {
@@ -234,8 +278,17 @@ impl SceneDescription {
             }
             Light::Distant { direction, irradiance } => direction.is_finite() && irradiance.is_finite(),
             Light::Environment { radiance, image, light_to_world } => {
-                image.map_or(Ok(()), |id| self.image(id))?;
+                image.map_or(Ok(()), |map| self.image(map.image))?;
                 radiance.is_finite() && light_to_world.is_finite()
+            }
+            Light::Goniometric { position, intensity, image, light_to_world, .. } => {
+                image.map_or(Ok(()), |id| self.image(id))?;
+                position.is_finite() && intensity.is_finite() && light_to_world.is_finite()
+            }
+            Light::Projection { position, intensity, image, fov, light_to_world, .. } => {
+                image.map_or(Ok(()), |id| self.image(id))?;
+                let numbers = position.is_finite() && intensity.is_finite() && light_to_world.is_finite();
+                numbers && *fov > 0.0 && *fov < 180.0
             }
         };
         if finite { Ok(()) } else { Err("its numbers are out of range".to_owned()) }
@@ -248,6 +301,19 @@ fn invalid(message: String) -> SceneError {
 
 fn texture_below(id: TextureId, below: usize) -> Result<(), String> {
     if (id.0 as usize) < below { Ok(()) } else { Err(format!("texture {} is not before it", id.0)) }
+}
+
+fn check_colors(colors: Option<&[[f32; 4]]>, count: usize) -> Result<(), String> {
+    let Some(colors) = colors else { return Ok(()) };
+    if colors.len() != count {
+        return Err("vertex colours do not match the vertices".to_owned());
+    }
+    let fine = |v: &f32| v.is_finite() && *v >= 0.0;
+    if colors.as_flattened().iter().all(fine) {
+        Ok(())
+    } else {
+        Err("a vertex colour is out of range".to_owned())
+    }
 }
 
 fn check_mesh(

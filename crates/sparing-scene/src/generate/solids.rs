@@ -55,7 +55,7 @@ pub fn icosphere(level: u32) -> TriangleMesh {
         indices = indices.into_iter().flat_map(split).collect();
     }
     let positions: Vec<[f32; 3]> = points.iter().map(Vec3::to_array).collect();
-    TriangleMesh { normals: Some(positions.clone()), positions, indices, uvs: None }
+    TriangleMesh { normals: Some(positions.clone()), positions, indices, ..TriangleMesh::default() }
 }
 
 /// An icosphere displaced by noise of the given height.

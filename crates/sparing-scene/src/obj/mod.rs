@@ -1,27 +1,24 @@
-//! Wavefront OBJ with MTL materials, read through `tobj`.
+//! Wavefront OBJ with MTL materials.
 //!
-//! Faces become triangles (fans), one mesh for each group and material. Where a group lacks normals at any of
-//! its vertices it is shaded flat. An OBJ file alone has no camera and perhaps no light: see [`framing`].
+//! Faces become triangles, one mesh for each group and material. Where a group lacks normals at any of its vertices
+//! its smoothing groups say what is smooth; without them it is shaded flat. An OBJ file alone has no camera and perhaps no light: see [`crate::model`].
 
-mod framing;
 mod lines;
 mod mtl;
+mod parts;
+mod statements;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use mtl::add_materials;
 
-use crate::description::{
-    ColorInput, Geometry, Material, MaterialId, MaterialKind, SceneDescription, Shape, TriangleMesh,
-};
-use crate::error::{ErrorKind, SceneError};
+use crate::description::{Geometry, SceneDescription, Shape, TriangleMesh};
+use crate::error::SceneError;
 use crate::images::ImageTable;
+use crate::model;
 use crate::options::LoadOptions;
-use crate::source::{self, SourceFile};
+use crate::source::SourceFile;
 use crate::warnings::Warnings;
-use glam::Vec3;
-use lines::LineReader;
-use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -50,51 +47,19 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         let own = part.material.and_then(|index| materials.get(index));
         let material = match own {
             Some(own) => own.material,
-            None => *default.get_or_insert_with(|| add_default_material(&mut scene)),
+            None => *default.get_or_insert_with(|| model::add_default_material(&mut scene)),
         };
-        let Some(mesh) = without_slivers(part.mesh, &mut warnings, path) else { continue };
+        let Some(mesh) = model::without_slivers(part.mesh, &mut warnings, path) else { continue };
         scene.shapes.push(Shape {
             geometry: Geometry::Triangles(mesh),
             material,
             emission: own.and_then(|own| own.emission.clone()),
             alpha: own.and_then(|own| own.alpha),
+            alpha_cutoff: None,
             reverse_orientation: false,
         });
     }
-    if scene.shapes.is_empty() {
-        let error = SceneError::new(ErrorKind::Invalid, "nothing to render: no triangles with an area");
-        return Err(error.in_file(path));
-    }
-    framing::frame(&mut scene);
-    scene.warnings = warnings.into_vec();
-    Ok(scene)
-}
-
-fn add_default_material(scene: &mut SceneDescription) -> MaterialId {
-    scene.materials.push(Material {
-        name: "default".to_owned(),
-        kind: MaterialKind::Diffuse { reflectance: ColorInput::Constant(Vec3::splat(0.5)) },
-        normal_map: None,
-        bump: None,
-    });
-    MaterialId((scene.materials.len() - 1) as u32)
-}
-
-/// Drops triangles without area; `None` if none is left.
-fn without_slivers(mut mesh: TriangleMesh, warnings: &mut Warnings, path: &Path) -> Option<TriangleMesh> {
-    let before = mesh.indices.len();
-    let positions = &mesh.positions;
-    mesh.indices.retain(|t| {
-        let [a, b, c] = t.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
-        (b - a).cross(c - a).length_squared() > 0.0
-    });
-    let dropped = before - mesh.indices.len();
-    if dropped > 0 {
-        let place = path.display();
-        warnings
-            .add(format!("{place}: {dropped} of {before} triangles of a group have no area and are dropped"));
-    }
-    (!mesh.indices.is_empty()).then_some(mesh)
+    model::finish(scene, warnings, path)
 }
 
 /// Reads an OBJ file and the MTL files it names.
@@ -103,81 +68,49 @@ pub(crate) fn read(
     options: &LoadOptions,
     warnings: &mut Warnings,
 ) -> Result<ObjFile, SceneError> {
-    let (file, _) = source::open(path, options)?;
+    let statements = statements::read(path, options)?;
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-    let mut reader = LineReader::new(file, path);
-    let settings =
-        tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
-    let once = RefCell::new((HashSet::new(), &mut *warnings));
-    let loaded = tobj::load_obj_buf(&mut reader, &settings, |name| {
-        let mut all = (Vec::new(), HashMap::default());
-        let (libraries, warnings) = &mut *once.borrow_mut();
+    let mut materials: Vec<tobj::Material> = Vec::new();
+    let mut by_name: HashMap<String, usize> = HashMap::new();
+    let mut read = HashSet::new();
+    for name in &statements.libraries {
         for library in mtl::library_paths(&folder, name) {
-            if !libraries.insert(library.clone()) {
+            if !read.insert(library.clone()) {
                 continue;
             }
             match mtl::read_library(&library, options, warnings) {
-                Ok(materials) => {
-                    for material in materials {
-                        all.1.insert(material.name.clone(), all.0.len());
-                        all.0.push(material);
+                Ok(more) => {
+                    for material in more {
+                        by_name.insert(material.name.clone(), materials.len());
+                        materials.push(material);
                     }
                 }
                 Err(error) => warnings.add(format!("{error}: its materials are grey")),
             }
         }
-        Ok(all)
-    });
-    if let Some(error) = reader.error.take() {
-        return Err(error);
     }
-    let (models, materials) = loaded.map_err(|error| reader.explain(error))?;
-    let materials = materials.map_err(|error| reader.explain(error))?;
-    for (name, (line, text)) in &reader.used_materials {
-        if !materials.iter().any(|material| material.name == *name) {
+    for (name, (line, text)) in &statements.used_materials {
+        if !by_name.contains_key(name) {
             let span = SourceFile::line(&path.display().to_string(), *line, text.as_bytes());
             warnings.at(&span, format!("there is no material `{name}`: grey instead"));
         }
     }
-    let mut parts = Vec::with_capacity(models.len());
-    let mut triangles = 0;
-    for model in models {
-        let material = model.mesh.material_id;
-        let mesh = convert(&model.mesh, &model.name, path, warnings)?;
-        triangles += mesh.indices.len() as u64;
-        if triangles > options.max_triangles {
-            return Err(options.exceeded("max_triangles", options.max_triangles, triangles).in_file(path));
-        }
-        if !mesh.indices.is_empty() {
-            parts.push(Part { mesh, material });
-        }
+    let place = path.display();
+    if statements.skipped > 0 {
+        let count = statements.skipped;
+        warnings.add(format!("{place}: {count} faces with fewer than three corners are left out"));
+    }
+    if statements.fanned > 0 {
+        let count = statements.fanned;
+        warnings.add(format!(
+            "{place}: {count} faces that are not convex have too many corners: they become fans"
+        ));
+    }
+    let mut parts = Vec::with_capacity(statements.parts.len());
+    for part in statements.parts {
+        let material = part.material.as_ref().and_then(|name| by_name.get(name)).copied();
+        let mesh = part.finish(&statements.vertices, path, warnings);
+        parts.push(Part { mesh, material });
     }
     Ok(ObjFile { parts, materials, folder })
-}
-
-fn convert(
-    mesh: &tobj::Mesh,
-    name: &str,
-    path: &Path,
-    warnings: &mut Warnings,
-) -> Result<TriangleMesh, SceneError> {
-    let finite = |values: &[f32]| values.iter().all(|v| v.is_finite());
-    if !(finite(&mesh.positions) && finite(&mesh.normals) && finite(&mesh.texcoords)) {
-        let message = format!("a vertex of group `{name}` is not finite");
-        return Err(SceneError::new(ErrorKind::Value, message).in_file(path));
-    }
-    let positions = mesh.positions.as_chunks::<3>().0.to_vec();
-    let normals = mesh.normals.as_chunks::<3>().0;
-    let uvs = mesh.texcoords.as_chunks::<2>().0;
-    let mut complete = |count: usize, what: &str, effect: &str| {
-        if count != 0 && count != positions.len() {
-            let place = path.display();
-            warnings.add(format!("{place}: some vertices of group `{name}` have no {what}: {effect}"));
-        }
-        count == positions.len() && count != 0
-    };
-    let normals = complete(normals.len(), "normal", "it is shaded flat").then(|| normals.to_vec());
-    let uvs = complete(uvs.len(), "texture coordinates", "it has none").then(|| uvs.to_vec());
-    let indices = mesh.indices.as_chunks::<3>().0.to_vec();
-    Ok(TriangleMesh { positions, indices, normals, uvs })
 }

@@ -15,17 +15,15 @@
 
 use super::ObjFile;
 use crate::description::{
-    ColorInput, Conductor, Emission, FloatInput, Material, MaterialId, MaterialKind, Roughness,
+    ColorInput, Conductor, Emission, FloatInput, ImageSource, Material, MaterialId, MaterialKind, Roughness,
     SceneDescription, Texture, TextureEncoding, TextureId, UvMapping, Wrap,
 };
 use crate::error::SceneError;
-use crate::images::ImageTable;
+use crate::images::{ImageTable, has_alpha};
 use crate::options::LoadOptions;
 use crate::source::{self, SourceFile};
 use crate::warnings::Warnings;
 use glam::Vec3;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A material with what belongs to the shapes that have it.
@@ -36,8 +34,8 @@ pub(crate) struct ObjMaterial {
 }
 
 /// The files that an `mtllib` line names: one name with spaces, or several.
-pub(super) fn library_paths(folder: &Path, name: &Path) -> Vec<PathBuf> {
-    let name = name.to_string_lossy().replace('\\', "/");
+pub(super) fn library_paths(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let name = name.replace('\\', "/");
     let whole = folder.join(&name);
     if whole.is_file() || !name.contains(' ') {
         return vec![whole];
@@ -55,7 +53,8 @@ pub(super) fn read_library(
     let text = String::from_utf8_lossy(&file.bytes);
     let mut clean = String::with_capacity(text.len());
     let mut named = false;
-    for (number, line) in text.lines().enumerate() {
+    let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n");
+    for (number, line) in text.split(['\n', '\r']).enumerate() {
         let mut words = line.split_ascii_whitespace();
         let Some(key) = words.next() else { continue };
         named |= key == "newmtl";
@@ -119,8 +118,10 @@ struct Adder<'a> {
 struct MapReference {
     path: PathBuf,
     mapping: UvMapping,
-    wrap: Wrap,
+    wrap: [Wrap; 2],
     strength: f32,
+    /// What `-imfchan` asks for.
+    channel: Option<TextureEncoding>,
 }
 
 impl Adder<'_> {
@@ -137,12 +138,15 @@ impl Adder<'_> {
         let diffuse_map = self.map(m.diffuse_texture.as_deref());
         let cutout = match self.map(m.dissolve_texture.as_deref()) {
             Some(map) => Some(map),
-            None => diffuse_map.as_ref().filter(|map| png_has_alpha(&map.path)).map(|map| MapReference {
-                path: map.path.clone(),
-                mapping: map.mapping,
-                wrap: map.wrap,
-                strength: 1.0,
-            }),
+            None => diffuse_map.as_ref().filter(|map| has_alpha(&ImageSource::File(map.path.clone()))).map(
+                |map| MapReference {
+                    path: map.path.clone(),
+                    mapping: map.mapping,
+                    wrap: map.wrap,
+                    strength: 1.0,
+                    channel: None,
+                },
+            ),
         };
         let kd_input = self.color(kd, diffuse_map);
         let illum = m.illumination_model.unwrap_or(2);
@@ -220,7 +224,7 @@ impl Adder<'_> {
     }
 
     fn texture(&mut self, map: &MapReference, encoding: TextureEncoding, scale: f32) -> TextureId {
-        let image = self.images.file(self.scene, &map.path, encoding);
+        let image = self.images.file(self.scene, &map.path, map.channel.unwrap_or(encoding));
         let (mapping, wrap) = (map.mapping, map.wrap);
         self.scene.textures.push(Texture::Image { image, mapping, wrap, scale, invert: false });
         TextureId((self.scene.textures.len() - 1) as u32)
@@ -232,8 +236,9 @@ impl Adder<'_> {
         let mut reference = MapReference {
             path: PathBuf::new(),
             mapping: UvMapping::default(),
-            wrap: Wrap::Repeat,
+            wrap: [Wrap::Repeat; 2],
             strength: 1.0,
+            channel: None,
         };
         while let Some(option) = words.next_if(|word| word.starts_with('-') && word.len() > 1) {
             match option {
@@ -256,7 +261,16 @@ impl Adder<'_> {
                     let value = words.next().and_then(|word| word.parse::<f32>().ok());
                     reference.strength = value.filter(|v| v.is_finite()).unwrap_or(1.0);
                 }
-                "-clamp" if words.next() == Some("on") => reference.wrap = Wrap::Clamp,
+                "-imfchan" => {
+                    reference.channel = match words.next() {
+                        Some("r") => Some(TextureEncoding::Red),
+                        Some("g") => Some(TextureEncoding::Green),
+                        Some("b") => Some(TextureEncoding::Blue),
+                        Some("m") => Some(TextureEncoding::Alpha),
+                        _ => None,
+                    };
+                }
+                "-clamp" if words.next() == Some("on") => reference.wrap = [Wrap::Clamp; 2],
                 "-clamp" => {}
                 "-mm" => {
                     words.next();
@@ -281,11 +295,4 @@ fn three(text: &str) -> Option<Vec3> {
     let mut numbers = text.split_ascii_whitespace().map(str::parse::<f32>);
     let mut next = || numbers.next()?.ok();
     Some(Vec3::new(next()?, next()?, next()?))
-}
-
-/// Whether a file is a PNG with an alpha channel, by its header (colour types 4 and 6).
-fn png_has_alpha(path: &Path) -> bool {
-    let mut header = [0; 26];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
-    read.is_ok() && header.starts_with(b"\x89PNG\r\n\x1a\n") && matches!(header[25], 4 | 6)
 }

@@ -133,3 +133,88 @@ fn pictures_with_options_and_alpha() {
     let crate::description::Texture::Image { mapping, .. } = scene.textures[0] else { panic!() };
     assert_eq!(mapping.scale, [2.0, 3.0]);
 }
+
+#[test]
+fn concave_faces_are_clipped() {
+    let arrow = "v 2 -1 0\nv .5 0 0\nv 2 1 0\nv 0 0 0\nf 1 2 3 4\n";
+    let scene = load(arrow, "");
+    let corners = |t: &[u32; 3]| t.map(|i| mesh(&scene).positions[i as usize][0]);
+    // The diagonal is from the notch (0.5) to the tip (0).
+    let all: Vec<[f32; 3]> = mesh(&scene).indices.iter().map(corners).collect();
+    assert!(all.iter().all(|t| t.contains(&0.5) && t.contains(&0.0)), "{all:?}");
+}
+
+#[test]
+fn smoothing_groups_share_normals_and_other_faces_are_flat() {
+    // Two walls that meet at a right angle along an edge, and a third in another group.
+    let walls = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 0 0 1\nv 0 1 1\nv 1 0 1\nv 1 1 1\n";
+    let scene = load(&format!("{walls}s 1\nf 1 3 4 2\nf 1 2 6 5\ns off\nf 3 7 8 4\n"), "");
+    let mesh = mesh(&scene);
+    let normals = mesh.normals.as_ref().unwrap();
+    let at = |p: [f32; 3]| -> Vec<Vec3> {
+        let all = mesh.positions.iter().zip(normals);
+        all.filter(|(q, _)| **q == p).map(|(_, n)| Vec3::from(*n)).collect()
+    };
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(at([0.0, 0.0, 0.0])[0].abs_diff_eq(vec3(half, 0.0, half), 1e-6), "{:?}", at([0.0; 3]));
+    assert_eq!(at([0.0, 0.0, 0.0]).len(), 1);
+    // The shared edge of the flat wall has both normals.
+    let mut both = at([1.0, 0.0, 0.0]);
+    both.sort_by(|a, b| a.x.total_cmp(&b.x));
+    both.dedup();
+    assert!(both[0].abs_diff_eq(Vec3::NEG_X, 1e-6) && both[1].abs_diff_eq(Vec3::Z, 1e-6), "{both:?}");
+}
+
+#[test]
+fn marks_comments_weights_and_faces_before_vertices() {
+    let plain = load(&format!("{SQUARE}f 1 2 3 4\n"), "");
+    let faces_first = load(&format!("f 1 2 3 4\n{SQUARE}"), "");
+    let odd =
+        format!("\u{feff}{}f 1 2 3 4 # a face\nl 1 2\np 1\n", SQUARE.replace("1 1 0", "2 2 0 2 # half"));
+    for scene in [&faces_first, &load(&odd, "")] {
+        assert_eq!(mesh(scene).positions, mesh(&plain).positions);
+        assert_eq!(mesh(scene).indices, mesh(&plain).indices);
+        assert_eq!(scene.warnings, Vec::<String>::new());
+    }
+    let skipped = load(&format!("{SQUARE}f 1 2\nf 1 2 3 4\n"), "");
+    assert_eq!(skipped.warnings, ["a.obj: 1 faces with fewer than three corners are left out"]);
+}
+
+#[test]
+fn groups_and_materials_that_come_again_are_one_shape() {
+    let text = format!(
+        "mtllib a.mtl\n{SQUARE}g one\nusemtl m\nf 1 2 3\nusemtl k\nf 1 3 4\nusemtl m\nf 2 3 4\ng two\nf 1 2 4\n"
+    );
+    let scene = load(&text, "newmtl m\nKd 1 0 0\nnewmtl k\nKd 0 1 0\n");
+    let sizes: Vec<usize> = scene
+        .shapes
+        .iter()
+        .map(|shape| if let Geometry::Triangles(mesh) = &shape.geometry { mesh.indices.len() } else { 0 })
+        .take(3)
+        .collect();
+    assert_eq!(sizes, [2, 1, 1]);
+}
+
+#[test]
+fn names_with_spaces_mixed_line_ends_and_map_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    image::RgbaImage::new(2, 2).save(path("old wood.png")).unwrap();
+    let maps = "map_Kd -blendu on -s 2 3 1 -o 0.5 0.25 -t 0 0 0 -mm 0 1 -texres 64 old wood.png\r\
+                map_Bump -bm 0.5 -imfchan g -clamp on old wood.png\nmap_Ke -cc on -boost 2 old wood.png\r\n";
+    std::fs::write(path("my lib.mtl"), format!("\u{feff}newmtl red paint\r\nKd 1 1 1\r{maps}")).unwrap();
+    let obj = format!("mtllib my lib.mtl\r\n{SQUARE}vt 0 0\nusemtl red paint\nf 1/1 2/1 3/1\n");
+    std::fs::write(path("my scene.obj"), obj).unwrap();
+    let scene = crate::load(&path("my scene.obj")).unwrap();
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    let material = &scene.materials[scene.shapes[0].material.0 as usize];
+    assert_eq!(material.name, "red paint");
+    let MaterialKind::Diffuse { reflectance: ColorInput::Texture(id) } = material.kind else { panic!() };
+    let crate::description::Texture::Image { mapping, .. } = scene.textures[id.0 as usize] else { panic!() };
+    assert_eq!((mapping.scale, mapping.offset), ([2.0, 3.0], [0.5, 0.25]));
+    let bump = &scene.textures[material.bump.unwrap().0 as usize];
+    let crate::description::Texture::Image { image, wrap, scale, .. } = bump else { panic!() };
+    assert_eq!((*wrap, *scale), ([crate::description::Wrap::Clamp; 2], 0.5));
+    assert_eq!(scene.images[image.0 as usize].encoding, crate::description::TextureEncoding::Green);
+    assert!(scene.shapes[0].emission.is_some());
+}

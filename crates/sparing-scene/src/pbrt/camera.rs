@@ -1,6 +1,7 @@
 //! `Camera`, `Film`, `PixelFilter`, `Sampler` and `Integrator`.
 
 use super::Builder;
+use super::dialect::Dialect;
 use super::graphics_state::invert;
 use super::params::{ParamList, ParamType};
 use crate::description::{PixelFilter, Projection, SamplerKind};
@@ -23,7 +24,12 @@ impl Builder<'_> {
         camera.projection = match ty {
             "perspective" => {
                 let inside = |fov: f32| fov > 0.0 && fov < 180.0;
-                Projection::Perspective { fov: params.float_where("fov", 90.0, "between 0 and 180", inside)? }
+                // `halffov` is of version 2.
+                let half =
+                    params.float_where("halffov", 45.0, "between 0 and 90", |h| h > 0.0 && h < 90.0)?;
+                Projection::Perspective {
+                    fov: params.float_where("fov", 2.0 * half, "between 0 and 180", inside)?,
+                }
             }
             "orthographic" => Projection::Orthographic,
             "realistic" | "spherical" | "environment" => {
@@ -51,7 +57,7 @@ impl Builder<'_> {
             let (x, y) = if aspect > 1.0 { (aspect, 1.0) } else { (1.0, 1.0 / aspect) };
             camera.screen_window.get_or_insert([-x, x, -y, y]);
         }
-        params.ignore(&["shutteropen", "shutterclose"]);
+        params.ignore(&["shutteropen", "shutterclose", "hither", "yon"]);
         params.warn_unused("the camera", &mut self.warnings);
         self.has_camera = true;
         Ok(())
@@ -65,8 +71,9 @@ impl Builder<'_> {
         }
         let film = &mut self.scene.film;
         let pixels = |value: Option<i32>| value.map(|v| v.unsigned_abs());
-        film.width = pixels(params.integer_in("xresolution", 1..=MAX_RESOLUTION)?).unwrap_or(1280);
-        film.height = pixels(params.integer_in("yresolution", 1..=MAX_RESOLUTION)?).unwrap_or(720);
+        let [width, height] = default_size(self.dialect);
+        film.width = pixels(params.integer_in("xresolution", 1..=MAX_RESOLUTION)?).unwrap_or(width);
+        film.height = pixels(params.integer_in("yresolution", 1..=MAX_RESOLUTION)?).unwrap_or(height);
         film.filename = params.string("filename")?.map(|(name, _)| name.to_owned());
         let (width, height) = (film.width, film.height);
         let mut crop = None;
@@ -94,13 +101,18 @@ impl Builder<'_> {
         }
         let iso = params.float_where("iso", 100.0, "positive", |v| v > 0.0)?;
         let exposure = params.float_where("exposuretime", 1.0, "positive", |v| v > 0.0)?;
-        film.scale = exposure * iso / 100.0;
+        // `scale` is of version 3.
+        let scale = params.float_where("scale", 1.0, "not negative", |v| v >= 0.0)?;
+        film.scale = scale * exposure * iso / 100.0;
         if let Some((sensor, param)) = params.string("sensor")?
             && sensor != "cie1931"
         {
             self.warnings.at(&param.span, format!("sensor `{sensor}` is not modelled: cie1931 instead"));
         }
-        params.ignore(&["diagonal", "savefp16", "coordinatesystem"]);
+        if let Some(limit) = params.get("maxcomponentvalue").or_else(|| params.get("maxsampleluminance")) {
+            self.warnings.at(&limit.span, "samples are not clamped: bright ones count in full");
+        }
+        params.ignore(&["diagonal", "savefp16", "coordinatesystem", "premultiplyalpha", "display"]);
         params.warn_unused("the film", &mut self.warnings);
         Ok(())
     }
@@ -108,18 +120,26 @@ impl Builder<'_> {
     /// `PixelFilter "type" parameters`.
     pub(super) fn pixel_filter(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<(), SceneError> {
         let radius = |default: f32| -> Result<[f32; 2], SceneError> {
-            let axis = |name: &str| {
+            // `xwidth` and `ywidth` are radii, too: the names before version 4.
+            let axis = |name: &str, old: &str| {
+                let name = if params.get(old).is_some() { old } else { name };
                 params.float_where(name, default, "above 0 and at most 32", |r| r > 0.0 && r <= 32.0)
             };
-            Ok([axis("xradius")?, axis("yradius")?])
+            Ok([axis("xradius", "xwidth")?, axis("yradius", "ywidth")?])
         };
         self.scene.filter = match ty {
             "box" => PixelFilter::Box { radius: radius(0.5)? },
             "triangle" => PixelFilter::Triangle { radius: radius(2.0)? },
-            "gaussian" => PixelFilter::Gaussian {
-                radius: radius(1.5)?,
-                sigma: params.float_where("sigma", 0.5, "positive", |s| s > 0.0)?,
-            },
+            "gaussian" => {
+                let old = self.dialect != Dialect::V4;
+                // exp(-alpha x²) before version 4.
+                let alpha = params.float_where("alpha", 2.0, "positive", |a| a > 0.0)?;
+                let sigma = (0.5 / alpha).sqrt();
+                PixelFilter::Gaussian {
+                    radius: radius(if old { 2.0 } else { 1.5 })?,
+                    sigma: params.float_where("sigma", sigma, "positive", |s| s > 0.0)?,
+                }
+            }
             "mitchell" => PixelFilter::Mitchell {
                 radius: radius(2.0)?,
                 b: params.float("B")?.unwrap_or(1.0 / 3.0),
@@ -149,7 +169,8 @@ impl Builder<'_> {
         sampler.kind = match ty {
             "sobol" | "zsobol" | "paddedsobol" => SamplerKind::Sobol,
             "independent" | "random" => SamplerKind::Independent,
-            "halton" | "stratified" | "pmj02bn" | "lowdiscrepancy" | "02sequence" => {
+            "halton" | "stratified" | "pmj02bn" | "lowdiscrepancy" | "02sequence" | "maxmindist"
+            | "bestcandidate" | "adaptive" => {
                 self.warnings.at(at, format!("sampler `{ty}` is replaced by Owen-scrambled Sobol"));
                 SamplerKind::Sobol
             }
@@ -167,7 +188,17 @@ impl Builder<'_> {
         let grid = (x.is_some() || y.is_some()).then(|| (x.unwrap_or(4) * y.unwrap_or(4)).unsigned_abs());
         sampler.spp = samples.or(grid);
         sampler.seed = params.integer("seed")?.map_or(0, |seed| u64::from(seed as u32));
-        params.ignore(&["randomization", "jitter"]);
+        // An adaptive sampler of version 2 ends at `maxsamples`.
+        let most = params.integer_in("maxsamples", 1..=1 << 24)?.map(i32::unsigned_abs);
+        sampler.spp = sampler.spp.or(most);
+        params.ignore(&[
+            "randomization",
+            "jitter",
+            "dimensions",
+            "minsamples",
+            "method",
+            "samplepixelcenter",
+        ]);
         params.warn_unused("the sampler", &mut self.warnings);
         Ok(())
     }
@@ -179,10 +210,25 @@ impl Builder<'_> {
             self.warnings.at(at, format!("integrator `{short}` is replaced by the path tracer"));
             params.params.iter().for_each(|param| param.used.set(true));
         }
-        self.scene.integrator.max_depth =
-            params.integer_in("maxdepth", 0..=1_000_000)?.map_or(5, i32::unsigned_abs);
-        params.ignore(&["lightsampler", "regularize", "samplelights", "samplebsdf"]);
+        let depth = params.integer_in("maxdepth", 0..=1_000_000)?.map_or(5, i32::unsigned_abs);
+        // Paths of version 2 gather light once more where they end.
+        let more = u32::from(self.dialect == Dialect::V2 && ty == "path");
+        self.scene.integrator.max_depth = depth + more;
+        params.ignore(&[
+            "lightsampler",
+            "lightsamplestrategy",
+            "regularize",
+            "samplelights",
+            "samplebsdf",
+            "rrthreshold",
+            "pixelbounds",
+        ]);
         params.warn_unused("the integrator", &mut self.warnings);
         Ok(())
     }
+}
+
+/// Size of the picture where a scene does not say it.
+pub(super) fn default_size(dialect: Dialect) -> [u32; 2] {
+    if dialect == Dialect::V4 { [1280, 720] } else { [640, 480] }
 }

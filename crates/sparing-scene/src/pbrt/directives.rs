@@ -1,5 +1,6 @@
 //! The directives, one arm each.
 
+use super::colorspace::ColorSpace;
 use super::graphics_state::{look_at, rotate};
 use super::parser::{Next, Parser, shorten};
 use super::{Builder, Scope};
@@ -37,17 +38,21 @@ const DIRECTIVES: &[&str] = &[
     "ObjectInstance",
     "Option",
     "PixelFilter",
+    "Renderer",
     "ReverseOrientation",
     "Rotate",
     "Sampler",
     "Scale",
     "Shape",
+    "SurfaceIntegrator",
     "Texture",
     "Transform",
     "TransformBegin",
     "TransformEnd",
     "TransformTimes",
     "Translate",
+    "Volume",
+    "VolumeIntegrator",
     "WorldBegin",
     "WorldEnd",
 ];
@@ -69,7 +74,8 @@ impl Builder<'_> {
             return Ok(());
         }
         match name {
-            "Camera" | "Film" | "PixelFilter" | "Sampler" | "Integrator" | "Accelerator" | "ColorSpace"
+            "Camera" | "Film" | "PixelFilter" | "Sampler" | "Integrator" | "SurfaceIntegrator"
+            | "VolumeIntegrator" | "Renderer" | "Accelerator"
                 if self.in_world =>
             {
                 let message = format!("{name} is not allowed after WorldBegin");
@@ -91,7 +97,7 @@ impl Builder<'_> {
                 let (ty, span) = parser.string(at)?;
                 self.sampler(&ty, &span, &parser.params(at)?)?;
             }
-            "Integrator" => {
+            "Integrator" | "SurfaceIntegrator" => {
                 let (ty, span) = parser.string(at)?;
                 self.integrator(&ty, &span, &parser.params(at)?)?;
             }
@@ -100,15 +106,39 @@ impl Builder<'_> {
                 parser.string(at)?;
                 parser.params(at)?;
             }
-            "ColorSpace" => {
-                let (space, span) = parser.string(at)?;
-                if !matches!(space.to_ascii_lowercase().as_str(), "srgb" | "rec709") {
-                    let message = format!("colour space `{}` is taken as sRGB", shorten(&space));
+            // Before version 3 light in volumes was an integrator of its own; a volume itself is a warning.
+            "VolumeIntegrator" => {
+                parser.string(at)?;
+                parser.params(at)?;
+            }
+            "Renderer" => {
+                let (ty, span) = parser.string(at)?;
+                parser.params(at)?;
+                if ty != "sampler" {
+                    let message = format!("renderer `{}` is replaced by the path tracer", shorten(&ty));
                     self.warnings.at(&span, message);
                 }
             }
+            "Volume" => {
+                let (_, span) = parser.string(at)?;
+                parser.params(at)?;
+                self.warnings.at(&span, "participating media are not supported and ignored");
+            }
+            "ColorSpace" => {
+                let (space, span) = parser.string(at)?;
+                let Some(known) = ColorSpace::parse(&space) else {
+                    let message = format!("there is no colour space `{}`", shorten(&space));
+                    let error = SceneError::new(ErrorKind::Unknown, message).at(&span);
+                    return Err(error.help("known are srgb, dci-p3, rec2020 and aces2065-1"));
+                };
+                self.state.color_space = known;
+            }
             "Option" => {
-                for param in parser.params(at)?.params {
+                let params = parser.params(at)?;
+                if let Some(seed) = params.integer("seed")? {
+                    self.scene.sampler.seed = u64::from(seed as u32);
+                }
+                for param in params.params.iter().filter(|param| !param.used.get()) {
                     self.warnings.at(&param.span, format!("option `{}` is ignored", param.name));
                 }
             }
@@ -171,6 +201,7 @@ impl Builder<'_> {
                 let (file, span) = parser.string(at)?;
                 let path = self.existing_file(&file, &span)?;
                 let text = source::read(&path, self.options)?;
+                self.expect_meshes(&text);
                 let import = name == "Import";
                 parser.include(text, import, &span)?;
                 if import {

@@ -1,5 +1,6 @@
 //! The state that directives change and blocks save: transform, material, light of shapes, attributes.
 
+use super::colorspace::ColorSpace;
 use super::params::Param;
 use crate::description::MaterialId;
 use crate::source::Span;
@@ -11,6 +12,8 @@ use std::rc::Rc;
 pub(super) struct AreaLight {
     /// Radiance with `scale`, before `power`.
     pub radiance: glam::Vec3,
+    /// A texture in place of that: an own extension.
+    pub texture: Option<crate::description::ColorInput>,
     /// Total power in W that the shape must emit, if asked for.
     pub power: Option<f32>,
     pub two_sided: bool,
@@ -25,6 +28,7 @@ pub(super) struct GraphicsState {
     pub reverse_orientation: bool,
     pub material: Option<MaterialId>,
     pub area_light: Option<AreaLight>,
+    pub color_space: ColorSpace,
     /// Defaults set by `Attribute "shape"` and so on.
     pub shape_defaults: Vec<Rc<Param>>,
     pub light_defaults: Vec<Rc<Param>>,

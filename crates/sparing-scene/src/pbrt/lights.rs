@@ -7,16 +7,20 @@
 //! in pbrt. The power of a surface is that of the whole `Shape`; pbrt-v4 gives it to each triangle.
 
 use super::Builder;
+use super::dialect::Dialect;
 use super::graphics_state::AreaLight;
-use super::params::ParamList;
-use super::spectrum::{self, Quantity};
-use crate::description::{Light, TextureEncoding};
+use super::params::{ParamList, ParamType};
+use super::spectrum::Quantity;
+use crate::description::{
+    ColorInput, EnvironmentImage, ImageId, Light, SphereMapping, Texture, TextureEncoding, TextureId,
+    UvMapping, Wrap,
+};
 use crate::error::{ErrorKind, SceneError, did_you_mean};
 use crate::source::Span;
 use glam::{DVec3, Mat3, Vec3};
 use std::f32::consts::PI;
 
-const TYPES: &[&str] = &["point", "spot", "distant", "infinite"];
+const TYPES: &[&str] = &["point", "spot", "distant", "infinite", "goniometric", "projection"];
 
 impl Builder<'_> {
     /// `LightSource "type" parameters`.
@@ -33,11 +37,9 @@ impl Builder<'_> {
             "spot" => self.spot(&params, at)?,
             "distant" => self.distant(&params, at)?,
             "infinite" => self.infinite(&params, at)?,
-            "goniometric" | "projection" => {
-                let error =
-                    SceneError::new(ErrorKind::Unsupported, format!("{ty} lights are not supported yet"));
-                return Err(error.at(at));
-            }
+            "exinfinite" if self.dialect == Dialect::V2 => self.infinite(&params, at)?,
+            "goniometric" => self.goniometric(&params, at)?,
+            "projection" => self.projection(&params, at)?,
             other => {
                 let error = SceneError::new(ErrorKind::Unknown, format!("there is no light type `{other}`"));
                 let help = "known are: ".to_owned() + &TYPES.join(", ");
@@ -54,18 +56,92 @@ impl Builder<'_> {
     }
 
     /// Colour times `scale`.
-    fn strength(&self, params: &ParamList, name: &str) -> Result<Vec3, SceneError> {
+    pub(super) fn strength(&self, params: &ParamList, name: &str) -> Result<Vec3, SceneError> {
+        if self.dialect != Dialect::V4 {
+            return self.old_strength(params, name);
+        }
         let scale = params.float_where("scale", 1.0, "not negative", |s| s >= 0.0)?;
         let color = match params.get(name) {
-            Some(param) => spectrum::color(param, Quantity::Illuminant, &self.base, self.options)?,
+            Some(param) => self.color(param, Quantity::Illuminant)?,
             None => Vec3::ONE,
         };
         Ok(color * scale)
     }
 
     /// A positive target such as `power`; pbrt takes values of 0 or less as not given.
-    fn target(params: &ParamList, name: &str) -> Result<Option<f32>, SceneError> {
+    pub(super) fn target(params: &ParamList, name: &str) -> Result<Option<f32>, SceneError> {
         Ok(params.float(name)?.filter(|value| *value > 0.0))
+    }
+
+    /// The picture of a light, called `filename`, or `mapname` before version 4.
+    fn light_image(&mut self, params: &ParamList, at: &Span) -> Result<Option<ImageId>, SceneError> {
+        for name in ["filename", "mapname"] {
+            match params.string(name)? {
+                Some(("", _)) | None => {}
+                Some(_) if self.lacks_picture(params, name)? => return Ok(None),
+                Some(_) => return self.image(params, name, TextureEncoding::Auto, at).map(Some),
+            }
+        }
+        Ok(None)
+    }
+
+    /// How the picture of a light covers the sphere: `mapping` is an extension; versions before 4 have latitude and
+    /// longitude.
+    fn sphere_mapping(&self, params: &ParamList, v4: SphereMapping) -> Result<SphereMapping, SceneError> {
+        Ok(match params.string("mapping")? {
+            Some(("latlong", _)) => SphereMapping::LatLong,
+            Some(("equalarea", _)) => SphereMapping::EqualArea,
+            Some((name, param)) => {
+                let error = param.value_error(0, format!("there is no mapping `{name}`"));
+                return Err(error.help("mappings of lights are latlong and equalarea"));
+            }
+            None if self.dialect == Dialect::V4 => v4,
+            None => SphereMapping::LatLong,
+        })
+    }
+
+    fn goniometric(&mut self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {
+        let intensity = self.strength(params, "I")?;
+        let image = self.light_image(params, at)?;
+        if image.is_none() {
+            self.warnings.at(at, "a goniometric light without a picture is a point light");
+        }
+        let mapping = self.sphere_mapping(params, SphereMapping::EqualArea)?;
+        // The pole of the picture is the y axis of the light.
+        let swap = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
+        Ok(Light::Goniometric {
+            position: self.world_point(DVec3::ZERO),
+            intensity,
+            image,
+            mapping,
+            power: Self::target(params, "power")?,
+            light_to_world: self.light_frame(at)? * swap,
+        })
+    }
+
+    fn projection(&mut self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {
+        let v4 = self.dialect == Dialect::V4;
+        let intensity = if v4 {
+            Vec3::splat(params.float_where("scale", 1.0, "not negative", |s| s >= 0.0)?)
+        } else {
+            self.strength(params, "I")?
+        };
+        let image = self.light_image(params, at)?;
+        if image.is_none() && v4 {
+            return Err(super::missing("filename", "string", at));
+        }
+        let inside = |fov: f32| fov > 0.0 && fov < 180.0;
+        let fov = params.float_where("fov", if v4 { 90.0 } else { 45.0 }, "between 0 and 180", inside)?;
+        // Version 4 has the picture upright, older ones upside down.
+        let flip = if v4 { Mat3::from_diagonal(Vec3::new(1.0, -1.0, 1.0)) } else { Mat3::IDENTITY };
+        Ok(Light::Projection {
+            position: self.world_point(DVec3::ZERO),
+            intensity,
+            image,
+            fov,
+            power: Self::target(params, "power")?,
+            light_to_world: self.light_frame(at)? * flip,
+        })
     }
 
     fn point(&self, params: &ParamList) -> Result<Light, SceneError> {
@@ -77,7 +153,7 @@ impl Builder<'_> {
         Ok(Light::Point { position: self.world_point(from), intensity })
     }
 
-    fn spot(&self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {
+    fn spot(&mut self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {
         let mut intensity = self.strength(params, "I")?;
         let in_range = |angle: f32| angle > 0.0 && angle <= 180.0;
         let cone_angle = params.float_where("coneangle", 30.0, "above 0 and at most 180", in_range)?;
@@ -92,6 +168,10 @@ impl Builder<'_> {
             let end = cone_angle.to_radians().cos();
             let start = (cone_angle - cone_delta).to_radians().cos();
             intensity *= power / (2.0 * PI * ((1.0 - start) + (start - end) / 2.0));
+        }
+        if self.dialect != Dialect::V4 && cone_delta > 0.0 {
+            self.warnings
+                .at(at, "the edge of this spot light falls off as in version 4, more gently than before");
         }
         let from = params.point3("from")?.unwrap_or_default();
         let to = params.point3("to")?.unwrap_or(DVec3::Z);
@@ -111,22 +191,24 @@ impl Builder<'_> {
 
     fn infinite(&mut self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {
         let mut radiance = self.strength(params, "L")?;
-        let has_file = params.get("filename").is_some();
-        if has_file && let Some(color) = params.get("L") {
+        let image = self.light_image(params, at)?;
+        let v4 = self.dialect == Dialect::V4;
+        if v4
+            && image.is_some()
+            && let Some(color) = params.get("L")
+        {
             return Err(color.error("an infinite light has either `L` or `filename`"));
         }
-        if let Some(illuminance) = Self::target(params, "illuminance")? {
-            if has_file {
-                self.warnings.at(at, "`illuminance` of a light with a picture is not supported and ignored");
-            } else {
-                radiance *= illuminance / PI;
-            }
+        let illuminance = Self::target(params, "illuminance")?;
+        if let (Some(illuminance), None) = (illuminance, image) {
+            radiance *= illuminance / PI;
         }
-        let image =
-            if has_file { Some(self.image(params, "filename", TextureEncoding::Auto, at)?) } else { None };
+        let mapping = self.sphere_mapping(params, SphereMapping::Auto)?;
+        let image = image.map(|image| EnvironmentImage { image, mapping, illuminance });
         if let Some(portal) = params.get("portal") {
             self.warnings.at(&portal.span, "portals are not supported and ignored");
         }
+        params.ignore(&["nsamples", "samples"]);
         Ok(Light::Environment { radiance, image, light_to_world: self.light_frame(at)? })
     }
 
@@ -164,18 +246,43 @@ impl Builder<'_> {
         mut params: ParamList,
     ) -> Result<(), SceneError> {
         params.add_defaults(&self.state.light_defaults);
-        if ty != "diffuse" {
+        // `area` before version 4.
+        if !matches!(ty, "diffuse" | "area") {
             let error = SceneError::new(ErrorKind::Unknown, format!("there is no area light type `{ty}`"));
             return Err(error.at(at).help("the only type is `diffuse`"));
         }
-        let radiance = self.strength(&params, "L")?;
-        if let Some(file) = params.get("filename") {
-            self.warnings.at(&file.span, "the picture of an area light is not supported and ignored");
-        }
+        let is_texture = params.get("L").is_some_and(|param| param.ty == ParamType::Texture);
         let power = Self::target(&params, "power")?;
+        let texture = match self.light_picture(&params, at, power)? {
+            Some(picture) => Some(ColorInput::Texture(picture)),
+            None if is_texture => Some(self.color_input(&params, "L", Vec3::ZERO, Quantity::Unbounded)?),
+            None => None,
+        };
+        let radiance = if texture.is_some() { Vec3::ONE } else { self.strength(&params, "L")? };
         let two_sided = params.bool("twosided")?.unwrap_or(false);
+        params.ignore(&["nsamples", "samples"]);
         params.warn_unused("the area light", &mut self.warnings);
-        self.state.area_light = Some(AreaLight { radiance, power, two_sided, span: at.clone() });
+        self.state.area_light = Some(AreaLight { radiance, texture, power, two_sided, span: at.clone() });
         Ok(())
+    }
+
+    /// The picture of an area light, as a texture.
+    fn light_picture(
+        &mut self,
+        params: &ParamList,
+        at: &Span,
+        power: Option<f32>,
+    ) -> Result<Option<TextureId>, SceneError> {
+        if let (Some(color), Some(_)) = (params.get("L"), params.get("filename")) {
+            return Err(color.error("an area light has either `L` or `filename`"));
+        }
+        let Some(image) = self.light_image(params, at)? else { return Ok(None) };
+        if power.is_some() {
+            self.warnings.at(at, "`power` of an area light with a picture is not supported and ignored");
+        }
+        let scale = params.float_where("scale", 1.0, "not negative", |s| s >= 0.0)?;
+        let mapping = UvMapping::default();
+        let texture = Texture::Image { image, mapping, wrap: [Wrap::Clamp; 2], scale, invert: false };
+        self.add_texture(texture).map(Some)
     }
 }

@@ -4,7 +4,7 @@
 //! on refracted light. Dispersion is not modelled: a spectral index of refraction becomes its mean.
 
 use super::Builder;
-use super::params::ParamList;
+use super::params::{ParamList, ParamType};
 use super::spectrum::{self, Quantity};
 use crate::description::{
     ColorInput, Conductor, FloatInput, Material, MaterialId, MaterialKind, Roughness, Texture,
@@ -18,31 +18,16 @@ const TYPES: &[&str] = &[
     "diffuse",
     "coateddiffuse",
     "conductor",
+    "coatedconductor",
     "dielectric",
     "thindielectric",
     "diffusetransmission",
     "mix",
     "interface",
+    "metallicroughness",
 ];
 /// Types that a simpler material stands in for.
-const STAND_INS: &[(&str, &str)] = &[
-    ("coatedconductor", "conductor"),
-    ("subsurface", "diffuse"),
-    ("hair", "diffuse"),
-    ("measured", "diffuse"),
-];
-/// Older names and what pbrt-v4 calls them.
-const OLD_NAMES: &[(&str, &str)] = &[
-    ("matte", "diffuse"),
-    ("plastic", "coateddiffuse"),
-    ("substrate", "coateddiffuse"),
-    ("uber", "coateddiffuse"),
-    ("metal", "conductor"),
-    ("mirror", "conductor"),
-    ("glass", "dielectric"),
-    ("translucent", "diffusetransmission"),
-];
-
+const STAND_INS: &[(&str, &str)] = &[("subsurface", "diffuse"), ("hair", "diffuse"), ("measured", "diffuse")];
 impl Builder<'_> {
     /// Adds the material that the parameters describe; `at` is the type name.
     pub(super) fn material(
@@ -53,21 +38,32 @@ impl Builder<'_> {
         mut params: ParamList,
     ) -> Result<MaterialId, SceneError> {
         params.add_defaults(&self.state.material_defaults);
-        let normal_map = match params.string("normalmap")? {
-            None => None,
-            Some(_) => {
+        let is_texture = params.get("normalmap").is_some_and(|param| param.ty == ParamType::Texture);
+        let normal_map = match (is_texture, params.get("normalmap")) {
+            (_, None) => None,
+            // An own extension: any texture.
+            (true, _) => match self.color_input(&params, "normalmap", Vec3::ZERO, Quantity::Unbounded)? {
+                ColorInput::Texture(id) => Some(id),
+                constant @ ColorInput::Constant(_) => {
+                    let flat = Texture::Scale { a: constant, b: ColorInput::Constant(Vec3::ONE) };
+                    Some(self.add_texture(flat)?)
+                }
+            },
+            (false, Some(_)) => {
                 let image = self.image(&params, "normalmap", TextureEncoding::Linear, at)?;
                 let texture = Texture::Image {
                     image,
                     mapping: UvMapping::default(),
-                    wrap: Wrap::Repeat,
+                    wrap: [Wrap::Repeat; 2],
                     scale: 1.0,
                     invert: false,
                 };
                 Some(self.add_texture(texture)?)
             }
         };
-        let bump = match self.float_input(&params, "displacement", 0.0)? {
+        // `bumpmap` before version 4.
+        let height = if params.get("displacement").is_some() { "displacement" } else { "bumpmap" };
+        let bump = match self.float_input(&params, height, 0.0)? {
             FloatInput::Texture(id) => Some(id),
             FloatInput::Constant(_) => None,
         };
@@ -76,7 +72,7 @@ impl Builder<'_> {
         self.add_material(name, kind, normal_map, bump)
     }
 
-    fn add_material(
+    pub(super) fn add_material(
         &mut self,
         name: String,
         kind: MaterialKind,
@@ -101,9 +97,16 @@ impl Builder<'_> {
 
     fn material_kind(&mut self, ty: &str, at: &Span, params: &ParamList) -> Result<MaterialKind, SceneError> {
         Ok(match ty {
-            "diffuse" => MaterialKind::Diffuse { reflectance: self.albedo(params, "reflectance", 0.5)? },
+            "diffuse" => {
+                let reflectance = self.albedo(params, "reflectance", 0.5)?;
+                // `sigma` was part of version 4 before its release.
+                match self.float_input(params, "sigma", 0.0)? {
+                    FloatInput::Constant(0.0) => MaterialKind::Diffuse { reflectance },
+                    sigma => MaterialKind::OrenNayar { reflectance, sigma },
+                }
+            }
             "coateddiffuse" => {
-                params.ignore(&["thickness", "g", "maxdepth", "nsamples"]);
+                params.ignore(&["thickness", "g", "albedo", "maxdepth", "nsamples"]);
                 MaterialKind::CoatedDiffuse {
                     reflectance: self.albedo(params, "reflectance", 0.5)?,
                     roughness: self.roughness(params)?,
@@ -121,8 +124,11 @@ impl Builder<'_> {
             },
             "thindielectric" => MaterialKind::ThinDielectric { eta: self.eta(params)? },
             "diffusetransmission" => self.diffuse_transmission(params)?,
+            "coatedconductor" => self.coated_conductor(params)?,
+            "mix" if params.get("namedmaterial1").is_some() => self.old_mix(at, params)?,
             "mix" => self.mix(at, params)?,
             "interface" | "none" | "" => MaterialKind::Interface,
+            "metallicroughness" => self.metallic_roughness(params)?,
             other => {
                 if let Some((_, stand_in)) = STAND_INS.iter().find(|(name, _)| *name == other) {
                     let message = format!("material `{other}` is not supported: `{stand_in}` instead");
@@ -131,14 +137,16 @@ impl Builder<'_> {
                     params.params.iter().for_each(|param| param.used.set(true));
                     return Ok(kind);
                 }
-                let old = OLD_NAMES.iter().find(|(name, _)| *name == other);
-                let old = old.map(|(_, new)| format!("pbrt-v4 calls this kind of material `{new}`"));
+                if let Some(kind) = self.old_material(other, at, params)? {
+                    return Ok(kind);
+                }
                 let error =
                     SceneError::new(ErrorKind::Unknown, format!("there is no material type `{other}`"));
+                let known = TYPES.iter().chain(super::old_materials::TYPES).copied();
                 return Err(error
                     .at(at)
                     .help("known are: ".to_owned() + &TYPES.join(", "))
-                    .maybe_help(old.or_else(|| did_you_mean(other, TYPES.iter().copied()))));
+                    .maybe_help(did_you_mean(other, known)));
             }
         })
     }
@@ -170,15 +178,22 @@ impl Builder<'_> {
     }
 
     fn roughness(&self, params: &ParamList) -> Result<Roughness, SceneError> {
-        let both = self.float_input(params, "roughness", 0.0)?;
-        let axis = |name: &str| {
-            let value = match params.get(name) {
-                Some(_) => self.float_input(params, name, 0.0)?,
-                None => both,
+        self.roughness_of(params, "", "roughness")
+    }
+
+    /// Roughness by parameters that start with `prefix`.
+    fn roughness_of(&self, params: &ParamList, prefix: &str, both: &str) -> Result<Roughness, SceneError> {
+        let name = |of: &str| format!("{prefix}{of}");
+        let common = self.float_input(params, &name(both), 0.0)?;
+        let axis = |of: &str| {
+            let of = name(of);
+            let value = match params.get(&of) {
+                Some(_) => self.float_input(params, &of, 0.0)?,
+                None => common,
             };
             match value {
                 FloatInput::Constant(v) if v < 0.0 => {
-                    let given = params.get(name).or_else(|| params.get("roughness"));
+                    let given = params.get(&of).or_else(|| params.get(&name(both)));
                     let message = format!("roughness must not be negative, not {v}");
                     Err(match given {
                         Some(param) => param.value_error(0, message),
@@ -194,25 +209,43 @@ impl Builder<'_> {
     }
 
     fn eta(&mut self, params: &ParamList) -> Result<f32, SceneError> {
-        let Some(param) = params.get("eta") else { return Ok(1.5) };
-        let value = spectrum::color(param, Quantity::Unbounded, &self.base, self.options)?;
+        self.eta_of(params, "eta")
+    }
+
+    pub(super) fn eta_of(&mut self, params: &ParamList, name: &str) -> Result<f32, SceneError> {
+        let Some(param) = params.get(name) else { return Ok(1.5) };
+        let value = self.color(param, Quantity::Unbounded)?;
         let eta = value.element_sum() / 3.0;
         if !(0.1..=10.0).contains(&eta) {
-            return Err(param.value_error(0, format!("`eta` must be from 0.1 to 10, not {eta}")));
+            return Err(param.value_error(0, format!("`{name}` must be from 0.1 to 10, not {eta}")));
         }
         Ok(eta)
     }
 
     fn conductor(&mut self, params: &ParamList) -> Result<Conductor, SceneError> {
+        self.conductor_of(params, "eta", "k")
+    }
+
+    fn coated_conductor(&mut self, params: &ParamList) -> Result<MaterialKind, SceneError> {
+        params.ignore(&["thickness", "g", "albedo", "maxdepth", "nsamples"]);
+        Ok(MaterialKind::CoatedConductor {
+            conductor: self.conductor_of(params, "conductor.eta", "conductor.k")?,
+            roughness: self.roughness_of(params, "conductor.", "roughness")?,
+            eta: self.eta_of(params, "interface.eta")?,
+            coat_roughness: self.roughness_of(params, "interface.", "roughness")?,
+        })
+    }
+
+    fn conductor_of(&mut self, params: &ParamList, eta: &str, k: &str) -> Result<Conductor, SceneError> {
         if let Some(reflectance) = params.get("reflectance") {
-            if params.get("eta").is_some() || params.get("k").is_some() {
+            if params.get(eta).is_some() || params.get(k).is_some() {
                 return Err(reflectance.error("a conductor has either `reflectance` or `eta` and `k`"));
             }
             return Ok(Conductor::Reflectance(self.albedo(params, "reflectance", 1.0)?));
         }
         let copper = |part: &str| spectrum::named(&format!("metal-Cu-{part}")).unwrap_or(Vec3::ONE);
-        let eta = self.color_input(params, "eta", copper("eta"), Quantity::Unbounded)?;
-        let k = self.color_input(params, "k", copper("k"), Quantity::Unbounded)?;
+        let eta = self.color_input(params, eta, copper("eta"), Quantity::Unbounded)?;
+        let k = self.color_input(params, k, copper("k"), Quantity::Unbounded)?;
         Ok(Conductor::EtaK { eta, k })
     }
 

@@ -134,7 +134,14 @@ impl Builder<'_> {
             Some(material) => material,
             None => self.current_material()?,
         };
-        let shape = Shape { geometry, material, emission, alpha: self.alpha, reverse_orientation };
+        let shape = Shape {
+            geometry,
+            material,
+            emission,
+            alpha: self.alpha,
+            alpha_cutoff: self.alpha_cutoff,
+            reverse_orientation,
+        };
         match self.object.and_then(|index| self.scene.objects.get_mut(index as usize)) {
             Some(object) => object.shapes.push(shape),
             None => self.scene.shapes.push(shape),

@@ -1,4 +1,4 @@
-//! The pbrt-v4 text format (<https://pbrt.org/fileformat-v4>).
+//! The pbrt text format of version 4 (<https://pbrt.org/fileformat-v4>), and of versions 2 and 3 by [`dialect`].
 //!
 //! Conventions: a left-handed camera (x right, y up, z forward); each transformation directive multiplies the
 //! current matrix from the right, so the last one acts first; `Camera` stores the inverse of the current
@@ -10,13 +10,22 @@
 //! `dielectric`, and for pictures `"string wrap" "mirror"` and `"string encoding" "alpha"` (the alpha channel).
 
 mod camera;
+mod colorspace;
+mod curve;
+mod dialect;
 mod directives;
 mod graphics_state;
 mod lights;
+mod loopsubdiv;
 mod materials;
 mod mesh;
+mod metallic_roughness;
+mod old_lights;
+mod old_materials;
 mod params;
 mod parser;
+mod prefetch;
+mod procedural;
 mod shapes;
 mod spectrum;
 mod tessellate;
@@ -27,14 +36,16 @@ mod tokenizer;
 mod values;
 mod write;
 
-pub(crate) use write::save;
+pub use write::{PbrtFiles, PbrtOptions};
+pub(crate) use write::{files, save};
 
-use crate::description::{ColorInput, FloatInput, MaterialId, SceneDescription};
+use crate::description::{ColorInput, FloatInput, MaterialId, PixelFilter, SceneDescription};
 use crate::error::{ErrorKind, SceneError};
 use crate::images::ImageTable;
 use crate::options::LoadOptions;
 use crate::source::{self, SourceFile, Span};
 use crate::warnings::Warnings;
+use dialect::Dialect;
 use glam::DMat4;
 use graphics_state::GraphicsState;
 use parser::Parser;
@@ -54,11 +65,14 @@ enum Scope {
 /// Turns directives into a scene.
 struct Builder<'o> {
     options: &'o LoadOptions,
+    /// The version of pbrt whose rules apply.
+    dialect: Dialect,
     /// Folder that file names are relative to.
     base: PathBuf,
     scene: SceneDescription,
     warnings: Warnings,
     images: ImageTable,
+    prefetch: prefetch::Prefetch,
     state: GraphicsState,
     saved: Vec<(Scope, GraphicsState, Span)>,
     coordinate_systems: HashMap<String, DMat4>,
@@ -69,6 +83,8 @@ struct Builder<'o> {
     objects: HashMap<String, u32>,
     /// Opacity of the shape being made.
     alpha: Option<FloatInput>,
+    /// Where that is a threshold.
+    alpha_cutoff: Option<f32>,
     /// Material of the mesh being made, where the mesh has its own.
     mesh_material: Option<MaterialId>,
     /// The object being defined.
@@ -106,10 +122,12 @@ fn load_source(
     let name = source.name.clone();
     let mut builder = Builder {
         options,
+        dialect: dialect::detect(&source),
         base,
         scene: SceneDescription { name: name.clone(), ..SceneDescription::default() },
         warnings: Warnings::new(options.max_warnings),
         images: ImageTable::default(),
+        prefetch: prefetch::Prefetch::default(),
         state: GraphicsState::default(),
         saved: Vec::new(),
         coordinate_systems: HashMap::new(),
@@ -119,6 +137,7 @@ fn load_source(
         default_material: None,
         objects: HashMap::new(),
         alpha: None,
+        alpha_cutoff: None,
         mesh_material: None,
         object: None,
         in_world: false,
@@ -128,6 +147,11 @@ fn load_source(
         vertices: 0,
     };
     builder.scene.integrator.max_depth = 5;
+    [builder.scene.film.width, builder.scene.film.height] = camera::default_size(builder.dialect);
+    if builder.dialect != Dialect::V4 {
+        builder.scene.filter = PixelFilter::Box { radius: [0.5; 2] };
+    }
+    builder.expect_meshes(&source);
     let run = builder.run(&mut Parser::new(source, options)).and_then(|()| builder.finish());
     run.map_err(|error| error.in_file(Path::new(&name)))
 }
@@ -156,20 +180,34 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A file named in the scene, which must exist.
+    /// A file named in the scene, which must exist, in a folder that may be read.
     fn existing_file(&self, name: &str, at: &Span) -> Result<PathBuf, SceneError> {
-        let path = self.base.join(name);
-        if path.is_file() {
-            return Ok(path);
-        }
-        // Files beside an included file that is in another folder.
-        let beside = Path::new(&at.source.name).parent().map(|folder| folder.join(name));
-        match beside {
-            Some(beside) if beside.is_file() => Ok(beside),
-            _ => {
+        match self.find_file(name, at)? {
+            Some(path) => Ok(path),
+            None => {
+                let path = self.base.join(name);
                 Err(SceneError::new(ErrorKind::File, format!("there is no file `{}`", path.display())).at(at))
             }
         }
+    }
+
+    /// [`Self::existing_file`] or nothing.
+    fn find_file(&self, name: &str, at: &Span) -> Result<Option<PathBuf>, SceneError> {
+        // Files beside an included file that is in another folder.
+        let beside = Path::new(&at.source.name).parent().map(|folder| folder.join(name));
+        let Some(path) =
+            [Some(self.base.join(name)), beside].into_iter().flatten().find(|path| path.is_file())
+        else {
+            return Ok(None);
+        };
+        source::check_folder(&path, self.options).map_err(|error| error.at(at))?;
+        Ok(Some(path))
+    }
+
+    /// The colour of a spectrum-like parameter, in the colour space in force.
+    fn color(&self, param: &params::Param, quantity: spectrum::Quantity) -> Result<glam::Vec3, SceneError> {
+        let find = |name: &str| self.find_file(name, &param.value_span(0));
+        spectrum::color(param, quantity, self.state.color_space, &find, self.options)
     }
 
     fn finish(mut self) -> Result<SceneDescription, SceneError> {

@@ -1,6 +1,7 @@
 //! `Shape` directives.
 
 use super::Builder;
+use super::loopsubdiv;
 use super::mesh::mirrors;
 use super::params::{Param, ParamList, ParamType};
 use super::tessellate;
@@ -11,8 +12,19 @@ use crate::source::Span;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-const TYPES: &[&str] = &["trianglemesh", "bilinearmesh", "sphere", "disk", "cylinder", "objmesh"];
-const LATER: &[&str] = &["plymesh", "curve", "loopsubdiv"];
+const TYPES: &[&str] = &[
+    "trianglemesh",
+    "bilinearmesh",
+    "plymesh",
+    "loopsubdiv",
+    "curve",
+    "sphere",
+    "disk",
+    "cylinder",
+    "objmesh",
+];
+/// Types of version 2 that nothing stands in for.
+const LOST: &[&str] = &["cone", "paraboloid", "hyperboloid", "heightfield", "nurbs"];
 
 impl Builder<'_> {
     /// `Shape "type" parameters`.
@@ -22,6 +34,7 @@ impl Builder<'_> {
             FloatInput::Constant(alpha) if alpha >= 1.0 => None,
             alpha => Some(alpha),
         };
+        self.alpha_cutoff = params.float("alphacutoff")?;
         match ty {
             "trianglemesh" => self.triangle_mesh(at, &params)?,
             "bilinearmesh" => self.bilinear_mesh(at, &params)?,
@@ -33,14 +46,21 @@ impl Builder<'_> {
                 self.add_mesh(mesh, at)?;
             }
             "objmesh" => self.obj_mesh(at, &params)?,
-            other if LATER.contains(&other) => {
-                let message = format!("shapes of type `{other}` are not supported yet");
-                let error = SceneError::new(ErrorKind::Unsupported, message).at(at);
-                return Err(error.help("supported are: ".to_owned() + &TYPES.join(", ")));
+            "plymesh" => {
+                let path = self.required_file(&params, "filename", at)?;
+                let mesh = self.ply_mesh(&path)?;
+                params.ignore(&["displacement", "displacement.edgelength"]);
+                self.add_mesh(mesh, at)?;
+            }
+            "loopsubdiv" => self.loop_subdiv(at, &params)?,
+            "curve" => self.curve(at, &params)?,
+            other if LOST.contains(&other) => {
+                params.params.iter().for_each(|param| param.used.set(true));
+                self.warnings.at(at, format!("shapes of type `{other}` are not supported and left out"));
             }
             other => {
                 let message = format!("there is no shape type `{}`", super::parser::shorten(other));
-                let known = TYPES.iter().chain(LATER).copied();
+                let known = TYPES.iter().copied();
                 let error = SceneError::new(ErrorKind::Unknown, message).at(at);
                 let help = "supported are: ".to_owned() + &TYPES.join(", ");
                 return Err(error.help(help).maybe_help(did_you_mean(other, known)));
@@ -58,6 +78,9 @@ impl Builder<'_> {
             self.warnings.at(at, "shapes inside an object definition do not emit light");
             return None;
         }
+        if let Some(radiance) = light.texture {
+            return Some(Emission { radiance, two_sided: light.two_sided });
+        }
         let mut radiance = light.radiance;
         if let Some(power) = light.power {
             let sides = if light.two_sided { 2.0 } else { 1.0 };
@@ -67,7 +90,8 @@ impl Builder<'_> {
             self.warnings.at(&light.span, "the radiance of this light is not finite: it is ignored");
             return None;
         }
-        Some(Emission { radiance: ColorInput::Constant(radiance), two_sided: light.two_sided })
+        let radiance = ColorInput::Constant(radiance);
+        Some(Emission { radiance, two_sided: light.two_sided })
     }
 
     fn triangle_mesh(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {
@@ -76,7 +100,23 @@ impl Builder<'_> {
         let indices = indices::<3>(params, count, [0, 1, 2], at)?;
         params.ignore(&["S", "faceIndices"]);
         let Vertices { positions, normals, uvs } = vertices;
-        self.add_mesh(TriangleMesh { positions, indices, normals, uvs }, at)
+        self.add_mesh(TriangleMesh { positions, indices, normals, uvs, ..TriangleMesh::default() }, at)
+    }
+
+    fn loop_subdiv(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+        let vertices = vertices(at, params, 3)?;
+        let count = vertices.positions.len();
+        let indices = indices::<3>(params, count, [0, 1, 2], at)?;
+        // `nlevels` before version 4.
+        let name = if params.get("nlevels").is_some() { "nlevels" } else { "levels" };
+        let levels = params.integer_in(name, 0..=20)?.map_or(3, i32::unsigned_abs);
+        params.ignore(&["scheme"]);
+        let limit = self.options.max_triangles;
+        let faces = loopsubdiv::faces(indices.len(), levels).unwrap_or(u64::MAX);
+        if faces > limit {
+            return Err(self.options.exceeded("max_triangles", limit, faces).at(at));
+        }
+        self.add_mesh(loopsubdiv::subdivide(&vertices.positions, &indices, levels), at)
     }
 
     /// pbrt orders a patch's vertices (u, v) = (0,0), (1,0), (0,1), (1,1); a quad goes round.

@@ -4,12 +4,13 @@
 //! `SpectrumToPhotometric`): an `rgb` is taken as it stands, so `rgb L [1 1 1]` has luminance 1 and a red light
 //! less; `blackbody` and tabulated spectra are normalised to luminance 1 before `scale`.
 
+use super::colorspace::ColorSpace;
 use super::params::{Param, ParamType, Values};
 use crate::error::{ErrorKind, SceneError, did_you_mean};
 use crate::options::LoadOptions;
 use crate::spectrum;
 use glam::Vec3;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// What a spectrum describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,9 +19,14 @@ pub(super) enum Quantity {
     Albedo,
     /// An index of refraction or the like.
     Unbounded,
-    /// A light.
+    /// A light of pbrt-v4.
     Illuminant,
+    /// A light of older versions, whose spectra are not normalised to luminance 1.
+    OldIlluminant,
 }
+
+/// Looks up a file that a scene names.
+pub(super) type FindFile<'a> = &'a dyn Fn(&str) -> Result<Option<PathBuf>, SceneError>;
 
 /// Optical constants n, k by photon energy in eV: P. B. Johnson and R. W. Christy, "Optical Constants of the
 /// Noble Metals", Phys. Rev. B 6, 4370 (1972), table I.
@@ -160,12 +166,16 @@ pub(super) fn named(name: &str) -> Option<Vec3> {
 pub(super) fn color(
     param: &Param,
     quantity: Quantity,
-    base: &Path,
+    space: ColorSpace,
+    find: FindFile<'_>,
     options: &LoadOptions,
 ) -> Result<Vec3, SceneError> {
+    let is_light = matches!(quantity, Quantity::Illuminant | Quantity::OldIlluminant);
     let value = match (param.ty, &param.values) {
         (ParamType::Rgb | ParamType::Xyz, Values::Floats(values)) => match values[..] {
-            [r, g, b] if param.ty == ParamType::Rgb => Vec3::new(r, g, b),
+            // Indices of refraction are no colours.
+            [r, g, b] if param.ty == ParamType::Rgb && quantity == Quantity::Unbounded => Vec3::new(r, g, b),
+            [r, g, b] if param.ty == ParamType::Rgb => space.to_rec709(Vec3::new(r, g, b), is_light),
             [x, y, z] => spectrum::xyz_rgb(Vec3::new(x, y, z)).max(Vec3::ZERO),
             _ => {
                 let (name, count) = (&param.name, values.len());
@@ -187,11 +197,15 @@ pub(super) fn color(
                 let message = format!("the temperature must be from 500 to 1000000 K, not {kelvin}");
                 return Err(param.value_error(0, message));
             }
-            spectrum::blackbody_rgb(f64::from(kelvin)).unwrap_or(Vec3::ONE) * scale
+            if quantity == Quantity::OldIlluminant {
+                spectrum::blackbody_by_peak(f64::from(kelvin)) * scale
+            } else {
+                spectrum::blackbody_rgb(f64::from(kelvin)).unwrap_or(Vec3::ONE) * scale
+            }
         }
         (ParamType::Spectrum, Values::Floats(values)) => tabulated(param, values, quantity)?,
         (ParamType::Spectrum, Values::Strings(names)) => match &names[..] {
-            [name] => by_name(param, name, quantity, base, options)?,
+            [name] => by_name(param, name, quantity, find, options)?,
             _ => return Err(param.error(format!("`{}` takes one name", param.name))),
         },
         _ => {
@@ -218,6 +232,9 @@ fn tabulated(param: &Param, values: &[f32], quantity: Quantity) -> Result<Vec3, 
 }
 
 fn from_table(param: &Param, table: &[[f64; 2]], quantity: Quantity) -> Result<Vec3, SceneError> {
+    if quantity == Quantity::OldIlluminant {
+        return Ok(spectrum::plain_rgb(table));
+    }
     if quantity == Quantity::Illuminant {
         let dark = || param.error("this spectrum has no light in the visible range");
         spectrum::light_rgb(table).ok_or_else(dark)
@@ -230,7 +247,7 @@ fn by_name(
     param: &Param,
     name: &str,
     quantity: Quantity,
-    base: &Path,
+    find: FindFile<'_>,
     options: &LoadOptions,
 ) -> Result<Vec3, SceneError> {
     if let Some(rest) = name.strip_prefix("stdillum-") {
@@ -248,13 +265,12 @@ fn by_name(
     if let Some(color) = named(name) {
         return Ok(color);
     }
-    let path = base.join(name);
-    if !path.is_file() {
+    let Some(path) = find(name)? else {
         let known = NAMES.iter().copied().chain(GLASSES.iter().map(|(name, _)| *name));
         let error =
             SceneError::new(ErrorKind::Unknown, format!("there is no spectrum `{name}`, nor such a file"));
         return Err(error.at(&param.value_span(0)).maybe_help(did_you_mean(name, known)));
-    }
+    };
     // A spectrum file: a wavelength and a value a line, # comments.
     let source = crate::source::read(&path, options)?;
     let text = String::from_utf8_lossy(&source.bytes);

@@ -36,7 +36,7 @@ fn grid(phi_max: f64, rows: usize, at: impl Fn(f64, f64) -> ([f64; 3], [f64; 3])
         p.distance(q).min(q.distance(r)).min(r.distance(p))
             > 1e-6 * p.length().max(q.length()).max(r.length())
     });
-    TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs) }
+    TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs), ..TriangleMesh::default() }
 }
 
 /// A sphere between two heights, for angles up to `phi_max` radians.

@@ -268,3 +268,261 @@ fn attributes_are_defaults_and_unknown_parameters_warn() {
     assert_eq!((radius(0), radius(1)), (3.0, 2.0));
     assert_eq!(scene.warnings, ["text:3:83: parameter `raduis` of shape `sphere` is not known and ignored"]);
 }
+
+fn base(text: &str) -> SceneDescription {
+    load(&format!("Camera \"perspective\"\n{text}"))
+}
+
+fn material(text: &str) -> crate::description::MaterialKind {
+    base(&format!("{text}\nShape \"sphere\"")).materials.last().unwrap().kind.clone()
+}
+
+/// Roughness 0.1: alpha by version 4 sqrt(0.1), by version 3 the polynomial at ln 0.1, by version 2 Blinn's exponent 10.
+#[test]
+fn each_version_has_its_roughness() {
+    use crate::description::{FloatInput, MaterialKind};
+    let alpha = |text: &str| match material(text) {
+        MaterialKind::Conductor { roughness, .. } => {
+            let FloatInput::Constant(v) = roughness.u else { panic!() };
+            assert_eq!(roughness.u, roughness.v);
+            if roughness.remap { v.sqrt() } else { v }
+        }
+        other => panic!("{other:?}"),
+    };
+    let metal = "WorldBegin Material \"metal\" \"float roughness\" 0.1";
+    let v4 = alpha("WorldBegin Material \"conductor\" \"float roughness\" 0.1");
+    assert!((v4 - 0.1f32.sqrt()).abs() < 1e-6);
+    let v3 = alpha(&format!("Film \"image\" {metal}"));
+    assert!((v3 - 0.461_76).abs() < 1e-4, "{v3}");
+    assert_eq!(alpha(&format!("Film \"image\" {metal} \"bool remaproughness\" false")), 0.1);
+    let v2 = alpha(&format!("Film \"image\" SurfaceIntegrator \"path\" {metal}"));
+    assert!((v2 - (2f32 / 12.0).sqrt()).abs() < 1e-6, "{v2}");
+}
+
+#[test]
+fn old_materials_have_their_defaults() {
+    use crate::description::{ColorInput, FloatInput, MaterialKind};
+    let grey = |v: f32| ColorInput::Constant(Vec3::splat(v));
+    assert_eq!(material("WorldBegin Material \"matte\""), MaterialKind::Diffuse { reflectance: grey(0.5) });
+    let rough = MaterialKind::OrenNayar { reflectance: grey(0.5), sigma: FloatInput::Constant(20.0) };
+    assert_eq!(material("WorldBegin Material \"matte\" \"float sigma\" 20"), rough);
+    assert_eq!(material("WorldBegin Material \"mirror\""), MaterialKind::Mirror { reflectance: grey(0.9) });
+    let MaterialKind::Uber { diffuse, specular, mirror, eta, .. } =
+        material("WorldBegin Material \"plastic\"")
+    else {
+        panic!()
+    };
+    assert_eq!((diffuse, specular, mirror, eta), (grey(0.25), grey(0.25), grey(0.0), 1.0 / 1.5));
+    let MaterialKind::Dielectric { eta, tint, .. } =
+        material("WorldBegin Material \"glass\" \"float index\" 1.3")
+    else {
+        panic!()
+    };
+    assert_eq!((eta, tint), (1.3, grey(1.0)));
+    // Half of the light goes straight through an `uber` of opacity 0.5; translucent multiplies its factors.
+    let MaterialKind::Mix { amount, .. } =
+        material("WorldBegin Material \"uber\" \"rgb opacity\" [ 0.25 0.25 0.25 ]")
+    else {
+        panic!()
+    };
+    assert_eq!(amount, FloatInput::Constant(0.75));
+    let leaf =
+        material("WorldBegin Material \"translucent\" \"rgb Kd\" [ 0.6 0.6 0.6 ] \"rgb Ks\" [ 0 0 0 ]");
+    assert_eq!(leaf, MaterialKind::DiffuseTransmission { reflectance: grey(0.3), transmittance: grey(0.3) });
+}
+
+/// `amount` is the share of the second material in version 4, of the first before.
+#[test]
+fn mixes_changed_their_direction() {
+    use crate::description::{FloatInput, MaterialKind};
+    let two = "WorldBegin MakeNamedMaterial \"a\" \"string type\" \"matte\" MakeNamedMaterial \"b\" \"string type\" \"mirror\"";
+    let old =
+        "\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"rgb amount\" [ 0.2 0.2 0.2 ]";
+    let MaterialKind::Mix { amount, .. } = material(&format!("{two} Material \"mix\" {old}")) else {
+        panic!()
+    };
+    assert_eq!(amount, FloatInput::Constant(0.8));
+    let new = "\"string materials\" [ \"a\" \"b\" ] \"float amount\" 0.2";
+    let MaterialKind::Mix { amount, .. } = material(&format!("{two} Material \"mix\" {new}")) else {
+        panic!()
+    };
+    assert_eq!(amount, FloatInput::Constant(0.2));
+}
+
+#[test]
+fn settings_of_older_versions() {
+    let scene = base("Film \"image\" WorldBegin Shape \"sphere\"");
+    assert_eq!((scene.film.width, scene.film.height), (640, 480));
+    assert_eq!(scene.filter, PixelFilter::Box { radius: [0.5; 2] });
+    let scene = base(
+        "Film \"image\" \"float scale\" 3\nPixelFilter \"gaussian\" \"float xwidth\" 3 \"float alpha\" 8\n\
+         SurfaceIntegrator \"path\" \"integer maxdepth\" 4\nRenderer \"sampler\"\nVolumeIntegrator \"single\"\n\
+         WorldBegin Shape \"sphere\"",
+    );
+    assert_eq!(scene.filter, PixelFilter::Gaussian { radius: [3.0, 2.0], sigma: 0.25 });
+    assert_eq!((scene.integrator.max_depth, scene.film.scale), (5, 3.0));
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    let scene =
+        load("Film \"image\"\nCamera \"perspective\" \"float halffov\" 20\nWorldBegin Shape \"sphere\"");
+    assert_eq!(scene.camera.projection, Projection::Perspective { fov: 40.0 });
+}
+
+/// Before version 4 spectra keep their brightness and `scale` is a colour.
+#[test]
+fn old_lights_have_no_units() {
+    let light = |text: &str| base(&format!("Film \"image\" WorldBegin LightSource {text}")).lights[0].clone();
+    let Light::Point { intensity, .. } = light("\"point\" \"color I\" [ 1 2 3 ] \"color scale\" [ 2 2 0.5 ]")
+    else {
+        panic!()
+    };
+    assert_eq!(intensity, vec3(2.0, 4.0, 1.5));
+    let luminance = |v: Vec3| v.dot(vec3(0.2126, 0.7152, 0.0722));
+    let Light::Point { intensity, .. } = light("\"point\" \"spectrum I\" [ 400 7 700 7 ]") else { panic!() };
+    assert!((luminance(intensity) - 7.0).abs() < 0.05);
+    let Light::Point { intensity, .. } = light("\"point\" \"blackbody I\" [ 2700 1 ]") else { panic!() };
+    assert!(luminance(intensity) < 0.3, "the peak is infrared");
+    // Version 4 has luminance 1 for all of them.
+    let Light::Point { intensity, .. } = world("LightSource \"point\" \"blackbody I\" 2700").lights[0] else {
+        panic!()
+    };
+    assert!((luminance(intensity) - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn pictures_of_version_2_are_upside_down() {
+    use crate::description::{Texture, TextureEncoding};
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.png"), b"").unwrap();
+    let texture = |settings: &str, more: &str| {
+        let text = format!(
+            "{settings} WorldBegin Texture \"a\" \"color\" \"imagemap\" \"string filename\" \"a.png\" \
+             \"float vscale\" 2 \"float vdelta\" 0.25 {more} Shape \"sphere\""
+        );
+        let scene = load_pbrt_text(text.as_bytes(), folder.path(), &LoadOptions::default()).unwrap();
+        let Texture::Image { mapping, .. } = scene.textures[0] else { panic!() };
+        (mapping.scale[1], mapping.offset[1], scene.images[0].encoding)
+    };
+    assert_eq!(texture("Film \"image\"", ""), (2.0, 0.25, TextureEncoding::Auto));
+    assert_eq!(texture("Film \"image\"", "\"bool gamma\" false"), (2.0, 0.25, TextureEncoding::Linear));
+    let v2 = "Film \"image\" SurfaceIntegrator \"path\"";
+    assert_eq!(texture(v2, ""), (-2.0, 0.75, TextureEncoding::Linear));
+    assert_eq!(texture(v2, "\"float gamma\" 2.2"), (-2.0, 0.75, TextureEncoding::Gamma(2.2)));
+}
+
+#[test]
+fn textures_of_every_class() {
+    use crate::description::{Noise, Texture, TextureProjection};
+    let textures = |settings: &str, text: &str| {
+        let scene = load(&format!(
+            "{settings} WorldBegin Translate 1 2 3 Scale 2 2 2\nTexture \"a\" \"spectrum\" {text} Shape \"sphere\""
+        ));
+        scene.textures
+    };
+    let [Texture::Noise { from_world, noise }] = textures("", "\"fbm\" \"integer octaves\" 3")[..] else {
+        panic!()
+    };
+    assert_eq!(noise, Noise::Fbm { octaves: 3, roughness: 0.5 });
+    assert_eq!(from_world.transform_point3(vec3(1.0, 2.0, 5.0)), vec3(0.0, 0.0, 1.0));
+    // Older versions apply the matrix itself.
+    let [Texture::Noise { from_world, .. }] = textures("Film \"image\"", "\"windy\"")[..] else { panic!() };
+    assert_eq!(from_world.transform_point3(vec3(1.0, 0.0, 0.0)), vec3(3.0, 2.0, 3.0));
+    let marble = textures("", "\"marble\" \"float variation\" 0.7");
+    assert!(matches!(
+        marble[..],
+        [Texture::Noise { noise: Noise::Marble { octaves: 8, variation: 0.7, .. }, .. }]
+    ));
+    let cubes = textures("", "\"checkerboard\" \"integer dimension\" 3");
+    assert!(matches!(cubes[..], [Texture::Cubes { .. }]));
+    let planar =
+        textures("", "\"uv\" \"string mapping\" \"planar\" \"vector3 v1\" [ 0 0 2 ] \"float vdelta\" 4");
+    let [Texture::Coordinates { .. }, Texture::Projected { projection, .. }] = planar[..] else { panic!() };
+    let expected = TextureProjection::Planar { u: Vec3::Z * 2.0, v: Vec3::Y, offset: [0.0, 4.0] };
+    assert_eq!(projection, expected);
+    // Only the pattern of a projected checkerboard is projected, not what its squares show.
+    let checks = textures("", "\"checkerboard\" \"string mapping\" \"spherical\"");
+    assert!(matches!(
+        checks[..],
+        [Texture::Checkerboard { .. }, Texture::Projected { .. }, Texture::Mix { .. }]
+    ));
+    let [Texture::DirectionMix { direction, .. }] =
+        textures("", "\"directionmix\" \"vector3 dir\" [ 0 0 3 ]")[..]
+    else {
+        panic!()
+    };
+    assert_eq!(direction, Vec3::Z);
+    assert!(matches!(textures("", "\"dots\"")[..], [Texture::Dots { .. }]));
+    assert!(matches!(textures("", "\"bilerp\"")[..], [Texture::Bilinear { .. }]));
+}
+
+#[test]
+fn colour_spaces_are_part_of_the_state() {
+    let scene = world(
+        "AttributeBegin ColorSpace \"rec2020\" LightSource \"point\" \"rgb I\" [ 1 0 0 ] AttributeEnd\n\
+         LightSource \"point\" \"rgb I\" [ 1 0 0 ]",
+    );
+    let red = |i: usize| match scene.lights[i] {
+        Light::Point { intensity, .. } => intensity.x,
+        _ => panic!(),
+    };
+    assert!((red(0) - 1.6605).abs() < 2e-3);
+    assert_eq!(red(1), 1.0);
+}
+
+#[test]
+fn files_outside_of_the_folder_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("scene");
+    std::fs::create_dir(&inside).unwrap();
+    std::fs::write(folder.path().join("a.pbrt"), "LightSource \"point\"\n").unwrap();
+    let absolute = format!("Include \"{}\"", folder.path().join("a.pbrt").display());
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(folder.path().join("a.pbrt"), inside.join("link.pbrt")).unwrap();
+    let load = |text: &str, options: &LoadOptions| {
+        load_pbrt_text(format!("WorldBegin {text}").as_bytes(), &inside, options)
+    };
+    for text in ["Include \"../a.pbrt\"", "Include \"link.pbrt\"", absolute.as_str()] {
+        if !cfg!(unix) && text.contains("link") {
+            continue;
+        }
+        let own = LoadOptions { folders: Some(Vec::new()), ..LoadOptions::default() };
+        let error = load(text, &own).unwrap_err();
+        assert_eq!(error.kind(), crate::ErrorKind::Refused, "{error}");
+        assert!(error.position().is_some());
+        assert_eq!(load(text, &LoadOptions::default()).unwrap().lights.len(), 1);
+        let opened = LoadOptions { folders: Some(vec![folder.path().to_owned()]), ..LoadOptions::default() };
+        assert_eq!(load(text, &opened).unwrap().lights.len(), 1);
+    }
+}
+
+#[test]
+fn compressed_files_are_expanded_within_limits() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let compress = |name: &str, text: &[u8]| {
+        let file = std::fs::File::create(folder.path().join(name)).unwrap();
+        let mut out = flate2::write::GzEncoder::new(file, flate2::Compression::best());
+        out.write_all(text).unwrap();
+        out.finish().unwrap();
+    };
+    compress("a.pbrt.gz", b"WorldBegin LightSource \"point\"\n");
+    compress("bomb.pbrt.gz", &vec![b' '; 1 << 20]);
+    let load = |name: &str, options: &LoadOptions| crate::load_with(&folder.path().join(name), options);
+    assert_eq!(load("a.pbrt.gz", &LoadOptions::default()).unwrap().lights.len(), 1);
+    let error = load("bomb.pbrt.gz", &LoadOptions::default()).unwrap_err();
+    assert_eq!(error.kind(), crate::ErrorKind::Limit);
+    assert!(error.message().contains("max_expansion"), "{error}");
+}
+
+/// Versions 2 and 3 go on without a picture that is missing, version 4 does not.
+#[test]
+fn missing_pictures_of_older_scenes_are_warnings() {
+    let text =
+        "LightSource \"infinite\" \"string mapname\" \"no.exr\" \"color L\" [ 2 2 2 ] Shape \"sphere\"";
+    let scene = base(&format!("Film \"image\" WorldBegin {text}"));
+    assert!(matches!(scene.lights[0], Light::Environment { image: None, radiance, .. } if radiance.x == 2.0));
+    assert_eq!(scene.warnings, ["text:2:65: there is no file `no.exr`: even instead"]);
+    let text =
+        format!("WorldBegin {}", text.replace("mapname", "filename").replace("color L", "float scale"));
+    let text = text.replace("[ 2 2 2 ]", "2");
+    assert!(load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default()).is_err());
+}

@@ -4,8 +4,9 @@
 //! the scene: its value goes wherever it is named.
 
 use super::Builder;
+use super::dialect::Dialect;
 use super::params::{Param, ParamList, ParamType};
-use super::spectrum::{self, Quantity};
+use super::spectrum::Quantity;
 use crate::description::{
     ColorInput, FloatInput, ImageId, Texture, TextureEncoding, TextureId, UvMapping, Wrap,
 };
@@ -14,9 +15,22 @@ use crate::source::Span;
 use glam::Vec3;
 use std::path::PathBuf;
 
-const CLASSES: &[&str] = &["constant", "scale", "mix", "imagemap", "checkerboard"];
-const UNSUPPORTED: &[&str] =
-    &["bilerp", "directionmix", "dots", "fbm", "marble", "ptex", "windy", "wrinkled", "uv"];
+const CLASSES: &[&str] = &[
+    "constant",
+    "scale",
+    "mix",
+    "imagemap",
+    "checkerboard",
+    "dots",
+    "fbm",
+    "wrinkled",
+    "windy",
+    "marble",
+    "directionmix",
+    "bilerp",
+    "uv",
+    "ptex",
+];
 
 impl Builder<'_> {
     /// `Texture "name" "type" "class" parameters`.
@@ -59,6 +73,19 @@ impl Builder<'_> {
     ) -> Result<ColorInput, SceneError> {
         let texture = match class.as_str() {
             "constant" => return self.operand(params, "value", 1.0, is_float),
+            // Before version 4 `tex1` and `tex2` are of the same kind.
+            "scale" if params.get("tex1").is_some() || params.get("tex2").is_some() => {
+                let (a, b) = (
+                    self.operand(params, "tex1", 1.0, is_float)?,
+                    self.operand(params, "tex2", 1.0, is_float)?,
+                );
+                match (a, b) {
+                    (ColorInput::Constant(a), ColorInput::Constant(b)) => {
+                        return Ok(ColorInput::Constant(a * b));
+                    }
+                    (a, b) => Texture::Scale { a, b },
+                }
+            }
             "scale" => {
                 let a = self.operand(params, "tex", 1.0, is_float)?;
                 match (a, self.float_input(params, "scale", 1.0)?) {
@@ -77,24 +104,26 @@ impl Builder<'_> {
                 b: self.operand(params, "tex2", 1.0, is_float)?,
                 amount: self.float_input(params, "amount", 0.5)?,
             },
-            "checkerboard" => {
-                if params.integer_in("dimension", 2..=3)? == Some(3) {
-                    self.warnings.at(class_span, "a checkerboard in space is drawn in texture coordinates");
-                }
-                Texture::Checkerboard {
-                    even: self.operand(params, "tex1", 1.0, is_float)?,
-                    odd: self.operand(params, "tex2", 0.0, is_float)?,
-                    mapping: self.uv_mapping(params)?,
-                }
-            }
-            "imagemap" => self.image_texture(class_span, params)?,
-            other if UNSUPPORTED.contains(&other) => {
+            "checkerboard" => return self.checkerboard(class_span, params, is_float),
+            "imagemap" if self.lacks_picture(params, "filename")? => {
                 params.params.iter().for_each(|param| param.used.set(true));
-                let message = format!("textures of class `{other}` are not supported: grey 0.5 instead");
-                self.warnings.at(class_span, message);
+                let scale = params.float("scale")?.unwrap_or(1.0);
+                return Ok(ColorInput::Constant(Vec3::splat(scale)));
+            }
+            "imagemap" => {
+                let (mapping, projection) = self.mapping(params, class_span)?;
+                let texture = self.image_texture(class_span, params, mapping)?;
+                return self.projected(texture, projection);
+            }
+            "ptex" => {
+                params.params.iter().for_each(|param| param.used.set(true));
+                self.warnings.at(class_span, "textures of class `ptex` are not supported: grey 0.5 instead");
                 return Ok(ColorInput::Constant(Vec3::splat(0.5)));
             }
             other => {
+                if let Some(texture) = self.procedural(other, class_span, params, is_float)? {
+                    return Ok(texture);
+                }
                 let error =
                     SceneError::new(ErrorKind::Unknown, format!("there is no texture class `{other}`"));
                 let help = did_you_mean(other, CLASSES.iter().copied());
@@ -113,43 +142,80 @@ impl Builder<'_> {
         Ok(TextureId((self.scene.textures.len() - 1) as u32))
     }
 
-    fn image_texture(&mut self, class_span: &Span, params: &ParamList) -> Result<Texture, SceneError> {
-        let encoding = match params.string("encoding")? {
-            None => TextureEncoding::Auto,
-            Some(("sRGB", _)) => TextureEncoding::Srgb,
-            Some(("linear", _)) => TextureEncoding::Linear,
-            Some(("alpha", _)) => TextureEncoding::Alpha,
-            Some((text, param)) => {
-                let gamma = text.strip_prefix("gamma").and_then(|rest| rest.trim().parse::<f32>().ok());
-                match gamma {
-                    Some(gamma) if gamma > 0.0 && gamma.is_finite() => TextureEncoding::Gamma(gamma),
-                    _ => {
-                        return Err(param
-                            .value_error(0, format!("there is no encoding `{text}`"))
-                            .help("encodings are sRGB, linear, `gamma 2.2` and alpha"));
-                    }
-                }
-            }
-        };
-        let wrap = match params.string("wrap")? {
-            None | Some(("repeat", _)) => Wrap::Repeat,
-            Some(("clamp", _)) => Wrap::Clamp,
-            Some(("black", _)) => Wrap::Black,
-            Some(("mirror", _)) => Wrap::Mirror,
-            Some((text, param)) => {
-                return Err(param
-                    .value_error(0, format!("there is no wrap mode `{text}`"))
-                    .help("wrap modes are repeat, clamp, black and mirror"));
-            }
-        };
+    fn image_texture(
+        &mut self,
+        class_span: &Span,
+        params: &ParamList,
+        mapping: UvMapping,
+    ) -> Result<Texture, SceneError> {
+        let encoding = self.encoding(params)?;
+        let wrap = wrap_mode(params, "wrap")?.unwrap_or(Wrap::Repeat);
+        let wrap = [wrap, wrap_mode(params, "wrapv")?.unwrap_or(wrap)];
         let image = self.image(params, "filename", encoding, class_span)?;
         let scale = params.float("scale")?.unwrap_or(1.0);
         let invert = params.bool("invert")?.unwrap_or(false);
         if invert && scale != 1.0 {
             self.warnings.at(class_span, "`invert` is applied before `scale`, in pbrt after it");
         }
-        params.ignore(&["filter", "maxanisotropy"]);
-        Ok(Texture::Image { image, mapping: self.uv_mapping(params)?, wrap, scale, invert })
+        params.ignore(&["filter", "maxanisotropy", "trilinear"]);
+        let mut mapping = mapping;
+        if self.dialect == Dialect::V2 {
+            // Version 2 has v = 0 at the top of a picture.
+            mapping.scale[1] = -mapping.scale[1];
+            mapping.cross[1] = -mapping.cross[1];
+            mapping.offset[1] = 1.0 - mapping.offset[1];
+        }
+        Ok(Texture::Image { image, mapping, wrap, scale, invert })
+    }
+
+    /// What the numbers of a picture mean: `encoding`, or `gamma` before version 4 (a number in version 2, in
+    /// version 3 whether the picture is sRGB: PNG and TGA are).
+    fn encoding(&self, params: &ParamList) -> Result<TextureEncoding, SceneError> {
+        if let Some((text, param)) = params.string("encoding")? {
+            return match text {
+                "sRGB" => Ok(TextureEncoding::Srgb),
+                "linear" => Ok(TextureEncoding::Linear),
+                "alpha" => Ok(TextureEncoding::Alpha),
+                "red" => Ok(TextureEncoding::Red),
+                "green" => Ok(TextureEncoding::Green),
+                "blue" => Ok(TextureEncoding::Blue),
+                _ => {
+                    let gamma = text.strip_prefix("gamma").and_then(|rest| rest.trim().parse::<f32>().ok());
+                    match gamma {
+                        Some(gamma) if gamma > 0.0 && gamma.is_finite() => Ok(TextureEncoding::Gamma(gamma)),
+                        _ => Err(param
+                            .value_error(0, format!("there is no encoding `{text}`"))
+                            .help("encodings are sRGB, linear, `gamma 2.2`, alpha, red, green and blue")),
+                    }
+                }
+            };
+        }
+        let gamma_is_bool = params.get("gamma").is_some_and(|param| param.ty == ParamType::Bool);
+        Ok(match self.dialect {
+            Dialect::V4 => TextureEncoding::Auto,
+            _ if gamma_is_bool => match params.bool("gamma")? {
+                Some(true) => TextureEncoding::Srgb,
+                _ => TextureEncoding::Linear,
+            },
+            Dialect::V3 => TextureEncoding::Auto,
+            Dialect::V2 => match params.float_where("gamma", 1.0, "positive", |gamma| gamma > 0.0)? {
+                1.0 => TextureEncoding::Linear,
+                gamma => TextureEncoding::Gamma(gamma),
+            },
+        })
+    }
+
+    /// Whether a picture of an older scene is missing, which those versions render without: a warning.
+    pub(super) fn lacks_picture(&mut self, params: &ParamList, name: &str) -> Result<bool, SceneError> {
+        let Some((file, param)) = params.string(name)?.filter(|_| self.dialect != Dialect::V4) else {
+            return Ok(false);
+        };
+        let lacks = self.find_file(file, &param.value_span(0))?.is_none();
+        if lacks {
+            let message = format!("there is no file `{}`: even instead", super::parser::shorten(file));
+            self.warnings.at(&param.value_span(0), message);
+        }
+        Ok(lacks)
     }
 
     /// A picture file that must exist.
@@ -177,21 +243,8 @@ impl Builder<'_> {
         self.existing_file(file, &param.value_span(0))
     }
 
-    fn uv_mapping(&mut self, params: &ParamList) -> Result<UvMapping, SceneError> {
-        if let Some((mapping, param)) = params.string("mapping")?
-            && mapping != "uv"
-        {
-            self.warnings.at(&param.span, format!("mapping `{mapping}` is not supported: uv instead"));
-            params.ignore(&["v1", "v2"]);
-        }
-        Ok(UvMapping {
-            scale: [params.float("uscale")?.unwrap_or(1.0), params.float("vscale")?.unwrap_or(1.0)],
-            offset: [params.float("udelta")?.unwrap_or(0.0), params.float("vdelta")?.unwrap_or(0.0)],
-        })
-    }
-
     /// A texture operand: of the kind of its texture.
-    fn operand(
+    pub(super) fn operand(
         &self,
         params: &ParamList,
         name: &str,
@@ -225,7 +278,7 @@ impl Builder<'_> {
             };
             return found.or_else(float).ok_or_else(|| self.no_texture(param, name));
         }
-        let value = spectrum::color(param, quantity, &self.base, self.options)?;
+        let value = self.color(param, quantity)?;
         if quantity == Quantity::Albedo && value.max_element() > 1.0 {
             return Err(
                 param.value_error(0, format!("`{name}` must be from 0 to 1, not {}", value.max_element()))
@@ -263,6 +316,21 @@ impl Builder<'_> {
             .at(&param.value_span(0))
             .maybe_help(did_you_mean(name, known.map(String::as_str)))
     }
+}
+
+fn wrap_mode(params: &ParamList, name: &str) -> Result<Option<Wrap>, SceneError> {
+    Ok(Some(match params.string(name)? {
+        None => return Ok(None),
+        Some(("repeat", _)) => Wrap::Repeat,
+        Some(("clamp", _)) => Wrap::Clamp,
+        Some(("black", _)) => Wrap::Black,
+        Some(("mirror", _)) => Wrap::Mirror,
+        Some((text, param)) => {
+            return Err(param
+                .value_error(0, format!("there is no wrap mode `{text}`"))
+                .help("wrap modes are repeat, clamp, black and mirror"));
+        }
+    }))
 }
 
 fn texture_name(param: &Param) -> Result<&str, SceneError> {

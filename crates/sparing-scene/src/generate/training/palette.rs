@@ -62,7 +62,7 @@ impl Stage {
         let seed = self.random.bits() as u32;
         let image: Image = match (self.split, self.random.below(3)) {
             (Split::Training, 0 | 1) => {
-                let mapping = UvMapping { scale: [repeat * 4.0; 2], offset: [0.0; 2] };
+                let mapping = UvMapping { scale: [repeat * 4.0; 2], ..UvMapping::default() };
                 let (even, odd) = (ColorInput::Constant(a), ColorInput::Constant(b));
                 return ColorInput::Texture(self.texture(Texture::Checkerboard { mapping, even, odd }));
             }
@@ -72,9 +72,15 @@ impl Stage {
             (Split::Validation, _) => pictures::dots(a, b, 0.32),
         };
         let image = self.image(image);
-        let mapping = UvMapping { scale: [repeat; 2], offset: [0.0; 2] };
+        let mapping = UvMapping { scale: [repeat; 2], ..UvMapping::default() };
         let wrap = Wrap::Repeat;
-        ColorInput::Texture(self.texture(Texture::Image { image, mapping, wrap, scale: 1.0, invert: false }))
+        ColorInput::Texture(self.texture(Texture::Image {
+            image,
+            mapping,
+            wrap: [wrap; 2],
+            scale: 1.0,
+            invert: false,
+        }))
     }
 
     /// A matte pattern.
@@ -142,7 +148,7 @@ impl Stage {
         FloatInput::Texture(self.texture(Texture::Image {
             image,
             mapping,
-            wrap: Wrap::Clamp,
+            wrap: [Wrap::Clamp; 2],
             scale: 1.0,
             invert: false,
         }))

@@ -10,8 +10,8 @@ pub(super) fn quad(center: Vec3, x: Vec3, y: Vec3) -> TriangleMesh {
     TriangleMesh {
         positions: corners.map(|p| p.to_array()).to_vec(),
         indices: vec![[0, 1, 2], [0, 2, 3]],
-        normals: None,
         uvs: Some(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+        ..TriangleMesh::default()
     }
 }
 

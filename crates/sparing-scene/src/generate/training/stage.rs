@@ -95,7 +95,7 @@ impl Stage {
     pub fn environment(&mut self, radiance: Vec3, image: Option<Image>) {
         let image = image.map(|image| self.image(image));
         let light_to_world = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
-        self.scene.lights.push(Light::Environment { radiance, image, light_to_world });
+        self.scene.lights.push(Light::Environment { radiance, image: image.map(Into::into), light_to_world });
     }
 
     /// A pinhole camera; `fov` in degrees of the shorter side.
@@ -117,5 +117,12 @@ impl Stage {
 
 /// A shape that does not emit.
 pub(super) fn shape(geometry: impl Into<Geometry>, material: MaterialId) -> Shape {
-    Shape { geometry: geometry.into(), material, emission: None, alpha: None, reverse_orientation: false }
+    Shape {
+        geometry: geometry.into(),
+        material,
+        emission: None,
+        alpha: None,
+        alpha_cutoff: None,
+        reverse_orientation: false,
+    }
 }

@@ -3,33 +3,101 @@
 //! Loading what was written gives the same scene, apart from names that were not unique, the numbering of pictures,
 //! constant textures (which are folded into their users), and the last bits of axes that were not quite unit.
 
+mod procedural;
 mod surfaces;
 mod text;
 
 use crate::description::{
-    Image, ImageId, ImageSource, Light, PixelFilter, Projection, SamplerKind, SceneDescription,
-    TextureEncoding,
+    ImageId, ImageSource, Light, PixelFilter, Projection, SamplerKind, SceneDescription, SphereMapping,
+    TextureEncoding, TriangleMesh,
 };
 use crate::error::{ErrorKind, SceneError};
-use glam::Mat4;
-use std::collections::HashSet;
-use std::path::Path;
+use glam::{Mat3, Mat4, Vec3};
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
 use text::{Text, color, number, numbers, quoted};
+
+/// A scene as pbrt text, and the files that go with it; names are relative to the text's folder.
+#[derive(Debug, Default)]
+pub struct PbrtFiles<'a> {
+    /// The scene.
+    pub text: String,
+    /// Meshes to be written as PLY.
+    pub meshes: Vec<(PathBuf, &'a TriangleMesh)>,
+    /// Pictures to be written: the encoded bytes of those that the scene carries, or files to be copied.
+    pub pictures: Vec<(PathBuf, &'a ImageSource)>,
+}
+
+/// What becomes a file of its own.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PbrtOptions {
+    /// Folder for meshes and pictures, relative to the text's; `None`: meshes become text, pictures that the scene
+    /// carries lie beside it.
+    pub folder: Option<PathBuf>,
+    /// Whether pictures that are files are copied, too, or just named.
+    pub copy_pictures: bool,
+}
 
 /// See [`crate::save_pbrt`].
 pub(crate) fn save(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
+    // Nothing is written unless all can be said.
+    let files = files(scene, path, &PbrtOptions::default())?;
+    for (name, source) in &files.pictures {
+        if let ImageSource::Bytes { bytes, .. } = source {
+            let file = path.with_file_name(name);
+            std::fs::write(&file, bytes).map_err(|error| file_error(&file, &error))?;
+        }
+    }
+    std::fs::write(path, files.text).map_err(|error| file_error(path, &error))
+}
+
+/// See [`crate::pbrt_files`].
+pub(crate) fn files<'a>(
+    scene: &'a SceneDescription,
+    path: &Path,
+    options: &PbrtOptions,
+) -> Result<PbrtFiles<'a>, SceneError> {
     scene.validate()?;
-    let mut writer = Writer { scene, out: Text::default(), names: Names::new(scene), pictures: Vec::new() };
-    writer.pictures = picture_names(scene, path)?;
+    let mut files = PbrtFiles::default();
+    let mut pictures = Vec::new();
+    let mut copies: HashMap<&Path, PathBuf> = HashMap::new();
+    let mut embedded: HashMap<*const u8, PathBuf> = HashMap::new();
+    for (i, image) in scene.images.iter().enumerate() {
+        let new = |name: &Path| match &options.folder {
+            Some(folder) => {
+                folder.join(format!("picture-{i}")).with_extension(name.extension().unwrap_or_default())
+            }
+            None => beside(path, i, name),
+        };
+        let (name, known) = match &image.source {
+            ImageSource::File(file) if !options.copy_pictures => {
+                pictures.push(quoted(&reference(file, path)?.to_string_lossy()));
+                continue;
+            }
+            ImageSource::File(file) => {
+                let known = copies.contains_key(file.as_path());
+                (copies.entry(file).or_insert_with(|| new(file)), known)
+            }
+            ImageSource::Bytes { name, bytes } => {
+                let known = embedded.contains_key(&bytes.as_ptr());
+                (embedded.entry(bytes.as_ptr()).or_insert_with(|| new(Path::new(name))), known)
+            }
+        };
+        pictures.push(quoted(&name.to_string_lossy()));
+        if !known {
+            files.pictures.push((name.clone(), &image.source));
+        }
+    }
+    let meshes = options.folder.clone();
+    let names = Names::new(scene);
+    let mut writer = Writer { scene, out: Text::default(), names, pictures, meshes, files };
     writer.settings()?;
     writer.out.line("\nWorldBegin\n");
     writer.textures()?;
-    writer.materials()?;
+    writer.materials();
     writer.lights()?;
     writer.shapes()?;
-    // Nothing is written unless all can be said.
-    write_pictures(scene, path)?;
-    std::fs::write(path, writer.out.finish()).map_err(|error| file_error(path, &error))
+    Ok(PbrtFiles { text: writer.out.finish(), ..writer.files })
 }
 
 fn file_error(path: &Path, error: &std::io::Error) -> SceneError {
@@ -46,6 +114,9 @@ struct Writer<'a> {
     names: Names,
     /// File name of each picture, quoted.
     pictures: Vec<String>,
+    /// Folder of meshes that become files.
+    meshes: Option<PathBuf>,
+    files: PbrtFiles<'a>,
 }
 
 /// Names of materials and objects, made unique and quoted.
@@ -76,37 +147,19 @@ impl Names {
 }
 
 /// The file name of a picture in memory: beside the scene, named after it.
-fn beside(path: &Path, index: usize, name: &str) -> String {
+fn beside(path: &Path, index: usize, name: &Path) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
-    format!("{stem}-picture-{index}.{extension}")
+    let extension = name.extension().unwrap_or_default().to_string_lossy();
+    format!("{stem}-picture-{index}.{extension}").into()
 }
 
-/// The quoted file names of all pictures.
-fn picture_names(scene: &SceneDescription, path: &Path) -> Result<Vec<String>, SceneError> {
+/// How a scene at `path` names a file.
+fn reference(file: &Path, path: &Path) -> Result<PathBuf, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let name = |(i, image): (usize, &Image)| match &image.source {
-        ImageSource::File(file) => {
-            let file = match file.strip_prefix(folder) {
-                Ok(inside) if !folder.as_os_str().is_empty() => inside.to_owned(),
-                _ => std::path::absolute(file).map_err(|error| file_error(file, &error))?,
-            };
-            Ok(quoted(&file.to_string_lossy()))
-        }
-        ImageSource::Bytes { name, .. } => Ok(quoted(&beside(path, i, name))),
-    };
-    scene.images.iter().enumerate().map(name).collect()
-}
-
-/// Writes the pictures in memory.
-fn write_pictures(scene: &SceneDescription, path: &Path) -> Result<(), SceneError> {
-    for (i, image) in scene.images.iter().enumerate() {
-        if let ImageSource::Bytes { name, bytes } = &image.source {
-            let file = path.with_file_name(beside(path, i, name));
-            std::fs::write(&file, bytes).map_err(|error| file_error(&file, &error))?;
-        }
+    match file.strip_prefix(folder) {
+        Ok(inside) if !folder.as_os_str().is_empty() => Ok(inside.to_owned()),
+        _ => std::path::absolute(file).map_err(|error| file_error(file, &error)),
     }
-    Ok(())
 }
 
 impl Writer<'_> {
@@ -183,11 +236,35 @@ impl Writer<'_> {
                 Light::Environment { radiance, image, light_to_world } => {
                     let strength = match image {
                         None => color("L", *radiance),
-                        Some(id) => self.surroundings(*id)? + &grey(*radiance)?,
+                        Some(map) => {
+                            let target =
+                                map.illuminance.map(|lux| number("illuminance", lux)).unwrap_or_default();
+                            self.surroundings(map.image)? + mapping(map.mapping) + &target + &grey(*radiance)?
+                        }
                     };
-                    let values = Mat4::from_mat3(*light_to_world).to_cols_array().map(|v| v.to_string());
-                    let light = format!("LightSource \"infinite\"{strength}");
-                    format!("AttributeBegin\n  Transform [ {} ]\n  {light}\nAttributeEnd", values.join(" "))
+                    in_frame(*light_to_world, Vec3::ZERO, &format!("LightSource \"infinite\"{strength}"))
+                }
+                Light::Goniometric { position, intensity, image, mapping: map, power, light_to_world } => {
+                    let file = image.map(|id| self.surroundings(id)).transpose()?.unwrap_or_default();
+                    let power = power.map(|watt| number("power", watt)).unwrap_or_default();
+                    let light = format!(
+                        "LightSource \"goniometric\"{file}{}{}{power}",
+                        color("I", *intensity),
+                        mapping(*map)
+                    );
+                    // The pole of the picture is the y axis of pbrt's light.
+                    let axes = light_to_world.to_cols_array_2d().map(Vec3::from);
+                    in_frame(Mat3::from_cols(axes[0], axes[2], axes[1]), *position, &light)
+                }
+                Light::Projection { position, intensity, image, fov, power, light_to_world } => {
+                    let Some(image) = image else { return Err(unsupported("a projector without a slide")) };
+                    let file = self.surroundings(*image)?;
+                    let power = power.map(|watt| number("power", watt)).unwrap_or_default();
+                    let factor = grey(*intensity)?;
+                    let light =
+                        format!("LightSource \"projection\"{file}{}{factor}{power}", number("fov", *fov));
+                    let axes = light_to_world.to_cols_array_2d().map(Vec3::from);
+                    in_frame(Mat3::from_cols(axes[0], -axes[1], axes[2]), *position, &light)
                 }
             };
             self.out.line(&text);
@@ -195,11 +272,27 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn surroundings(&self, id: ImageId) -> Result<String, SceneError> {
+    pub fn surroundings(&self, id: ImageId) -> Result<String, SceneError> {
         if self.scene.images[id.0 as usize].encoding != TextureEncoding::Auto {
             return Err(unsupported("how to decode a picture of the surroundings"));
         }
         Ok(format!(" \"string filename\" {}", self.pictures[id.0 as usize]))
+    }
+}
+
+/// A directive where a frame is the current transformation.
+fn in_frame(axes: Mat3, origin: Vec3, directive: &str) -> String {
+    let mut matrix = Mat4::from_mat3(axes);
+    matrix.w_axis = origin.extend(1.0);
+    let values = matrix.to_cols_array().map(|v| v.to_string());
+    format!("AttributeBegin\n  Transform [ {} ]\n  {directive}\nAttributeEnd", values.join(" "))
+}
+
+fn mapping(mapping: SphereMapping) -> &'static str {
+    match mapping {
+        SphereMapping::Auto => "",
+        SphereMapping::LatLong => " \"string mapping\" \"latlong\"",
+        SphereMapping::EqualArea => " \"string mapping\" \"equalarea\"",
     }
 }
 

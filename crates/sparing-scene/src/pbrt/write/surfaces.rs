@@ -1,10 +1,10 @@
 //! Textures, materials, shapes and their placements.
 
-use super::text::{color, number, numbers};
-use super::{Writer, unsupported};
+use super::text::{color, number, numbers, quoted};
+use super::{Writer, procedural, unsupported};
 use crate::description::{
-    ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, Roughness, Shape, Texture,
-    TextureEncoding, TextureId, UvMapping, Wrap,
+    ColorInput, Conductor, FloatInput, Geometry, Material, MaterialKind, MetallicRoughness, Roughness, Shape,
+    Texture, TextureEncoding, TextureId, TriangleMesh, UvMapping, Wrap,
 };
 use crate::error::SceneError;
 use glam::{Mat3, Mat4, Vec3};
@@ -14,14 +14,14 @@ fn name(id: TextureId) -> String {
     format!("\"texture {}\"", id.0)
 }
 
-fn color_input(parameter: &str, input: ColorInput) -> String {
+pub(super) fn color_input(parameter: &str, input: ColorInput) -> String {
     match input {
         ColorInput::Constant(value) => color(parameter, value),
         ColorInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
     }
 }
 
-fn float_input(parameter: &str, input: FloatInput) -> String {
+pub(super) fn float_input(parameter: &str, input: FloatInput) -> String {
     match input {
         FloatInput::Constant(value) => number(parameter, value),
         FloatInput::Texture(id) => format!(" \"texture {parameter}\" {}", name(id)),
@@ -33,16 +33,32 @@ fn roughness(roughness: &Roughness) -> String {
     float_input("uroughness", roughness.u) + &float_input("vroughness", roughness.v) + &remap
 }
 
-fn mapping(mapping: &UvMapping) -> String {
+pub(super) fn mapping(mapping: &UvMapping) -> String {
     let ([su, sv], [du, dv]) = (mapping.scale, mapping.offset);
-    number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv)
+    let [uv, vu] = mapping.cross;
+    let cross =
+        if mapping.cross == [0.0; 2] { String::new() } else { number("uperv", uv) + &number("vperu", vu) };
+    number("uscale", su) + &number("vscale", sv) + &number("udelta", du) + &number("vdelta", dv) + &cross
 }
 
-impl Writer<'_> {
+/// Repetition outside 0..1 along u and v.
+fn wraps([u, v]: [Wrap; 2]) -> String {
+    let name = |wrap: Wrap| match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Clamp => "clamp",
+        Wrap::Black => "black",
+        Wrap::Mirror => "mirror",
+    };
+    let second = if u == v { String::new() } else { format!(" \"string wrapv\" \"{}\"", name(v)) };
+    format!(" \"string wrap\" \"{}\"{second}", name(u))
+}
+
+impl<'a> Writer<'a> {
     /// Textures that are normal maps and nothing else: they are written with their materials.
     fn only_normal_maps(&self) -> HashSet<TextureId> {
         let scene = self.scene;
-        let mut only: HashSet<TextureId> = scene.materials.iter().filter_map(|m| m.normal_map).collect();
+        let maps = scene.materials.iter().filter_map(|m| m.normal_map);
+        let mut only: HashSet<TextureId> = maps.filter(|id| self.plain_picture(*id).is_some()).collect();
         let mut used = Vec::new();
         let mut color = |input: &ColorInput| {
             if let ColorInput::Texture(id) = input {
@@ -54,13 +70,7 @@ impl Writer<'_> {
             FloatInput::Constant(value) => ColorInput::Constant(Vec3::splat(*value)),
         };
         for texture in &scene.textures {
-            match texture {
-                Texture::Constant(_) | Texture::Image { .. } => {}
-                Texture::Checkerboard { even: a, odd: b, .. } | Texture::Scale { a, b } => {
-                    [a, b].into_iter().for_each(&mut color);
-                }
-                Texture::Mix { a, b, amount } => [a, b, &float(amount)].into_iter().for_each(&mut color),
-            }
+            texture.inputs().iter().for_each(&mut color);
         }
         for material in &scene.materials {
             material.bump.iter().for_each(|id| color(&ColorInput::Texture(*id)));
@@ -83,12 +93,39 @@ impl Writer<'_> {
                     [reflectance, transmittance].into_iter().for_each(&mut color);
                 }
                 MaterialKind::Mix { amount, .. } => color(&float(amount)),
+                MaterialKind::MetallicRoughness(m) => {
+                    [m.base_color, m.specular_color].iter().for_each(&mut color);
+                    let numbers = [m.metallic, m.roughness, m.specular, m.transmission, m.clearcoat];
+                    let numbers = numbers.iter().chain([&m.clearcoat_roughness]);
+                    numbers.for_each(|number| color(&float(number)));
+                }
                 MaterialKind::ThinDielectric { .. } | MaterialKind::Interface => {}
+                MaterialKind::OrenNayar { reflectance, sigma } => {
+                    [reflectance, &float(sigma)].into_iter().for_each(&mut color);
+                }
+                MaterialKind::Mirror { reflectance } => color(reflectance),
+                MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness, .. } => {
+                    rough(roughness);
+                    [diffuse, specular, mirror, transmission].into_iter().for_each(&mut color);
+                }
+                MaterialKind::Substrate { diffuse, specular, roughness } => {
+                    rough(roughness);
+                    [diffuse, specular].into_iter().for_each(&mut color);
+                }
+                MaterialKind::CoatedConductor { conductor, roughness, coat_roughness, .. } => {
+                    rough(roughness);
+                    rough(coat_roughness);
+                    match conductor {
+                        Conductor::EtaK { eta, k } => [eta, k].into_iter().for_each(&mut color),
+                        Conductor::Reflectance(reflectance) => color(reflectance),
+                    }
+                }
             }
         }
         let objects = scene.objects.iter().flat_map(|object| &object.shapes);
         for shape in scene.shapes.iter().chain(objects) {
             shape.alpha.iter().for_each(|alpha| color(&float(alpha)));
+            shape.emission.iter().for_each(|emission| color(&emission.radiance));
         }
         used.iter().for_each(|id| {
             only.remove(id);
@@ -112,16 +149,13 @@ impl Writer<'_> {
                         TextureEncoding::Linear => " \"string encoding\" \"linear\"".to_owned(),
                         TextureEncoding::Gamma(gamma) => format!(" \"string encoding\" \"gamma {gamma}\""),
                         TextureEncoding::Alpha => " \"string encoding\" \"alpha\"".to_owned(),
+                        TextureEncoding::Red => " \"string encoding\" \"red\"".to_owned(),
+                        TextureEncoding::Green => " \"string encoding\" \"green\"".to_owned(),
+                        TextureEncoding::Blue => " \"string encoding\" \"blue\"".to_owned(),
                     };
-                    let wrap = match wrap {
-                        Wrap::Repeat => "repeat",
-                        Wrap::Clamp => "clamp",
-                        Wrap::Black => "black",
-                        Wrap::Mirror => "mirror",
-                    };
+                    let wrap = wraps(*wrap);
                     let file = format!(" \"string filename\" {}", self.pictures[image.0 as usize]);
                     let further = number("scale", *scale) + &mapping(uv);
-                    let wrap = format!(" \"string wrap\" \"{wrap}\"");
                     format!("\"imagemap\"{file}{encoding}{wrap} \"bool invert\" {invert}{further}")
                 }
                 Texture::Checkerboard { mapping: uv, even, odd } => {
@@ -133,20 +167,28 @@ impl Writer<'_> {
                     let colors = color_input("tex1", *a) + &color_input("tex2", *b);
                     format!("\"mix\"{colors}{}", float_input("amount", *amount))
                 }
+                rare => {
+                    let (frame, text) = procedural::texture(rare);
+                    let matrix = numbers_of(&Mat4::from(frame.inverse()));
+                    let directive = format!("Texture {} \"spectrum\" {text}", name(id));
+                    self.out.line(&format!(
+                        "AttributeBegin\n  Transform [ {matrix} ]\n  {directive}\nAttributeEnd"
+                    ));
+                    continue;
+                }
             };
             self.out.line(&format!("Texture {} \"spectrum\" {text}", name(id)));
         }
         Ok(())
     }
 
-    pub fn materials(&mut self) -> Result<(), SceneError> {
+    pub fn materials(&mut self) {
         for (i, material) in self.scene.materials.iter().enumerate() {
             let kind = self.material_kind(material);
-            let maps = self.maps(material)?;
+            let maps = self.maps(material);
             let name = &self.names.materials[i];
             self.out.line(&format!("MakeNamedMaterial {name} \"string type\" {kind}{maps}"));
         }
-        Ok(())
     }
 
     fn material_kind(&self, material: &Material) -> String {
@@ -179,27 +221,66 @@ impl Writer<'_> {
                 format!("\"mix\" \"string materials\" [ {a} {b} ]{}", float_input("amount", *amount))
             }
             MaterialKind::Interface => "\"interface\"".to_owned(),
+            MaterialKind::OrenNayar { reflectance, sigma } => {
+                format!("\"matte\"{}{}", color_input("Kd", *reflectance), float_input("sigma", *sigma))
+            }
+            MaterialKind::Mirror { reflectance } => format!("\"mirror\"{}", color_input("Kr", *reflectance)),
+            MaterialKind::Uber { diffuse, specular, mirror, transmission, roughness: r, eta } => {
+                let matte = color_input("Kd", *diffuse) + &color_input("Ks", *specular);
+                let clear = color_input("Kr", *mirror) + &color_input("Kt", *transmission);
+                format!("\"uber\"{matte}{clear}{}{}", number("index", *eta), roughness(r))
+            }
+            MaterialKind::Substrate { diffuse, specular, roughness: r } => {
+                let colors = color_input("Kd", *diffuse) + &color_input("Ks", *specular);
+                format!("\"substrate\"{colors}{}", roughness(r))
+            }
+            MaterialKind::CoatedConductor { conductor, roughness: r, eta, coat_roughness: coat } => {
+                let substance = match conductor {
+                    Conductor::EtaK { eta, k } => {
+                        color_input("conductor.eta", *eta) + &color_input("conductor.k", *k)
+                    }
+                    Conductor::Reflectance(value) => color_input("reflectance", *value),
+                };
+                let axis = |name: &str, v: FloatInput| float_input(name, v);
+                let rough = axis("conductor.uroughness", r.u) + &axis("conductor.vroughness", r.v);
+                let coat = axis("interface.uroughness", coat.u) + &axis("interface.vroughness", coat.v);
+                let remap = format!(" \"bool remaproughness\" {}", r.remap);
+                format!("\"coatedconductor\"{substance}{rough}{coat}{}{remap}", number("interface.eta", *eta))
+            }
+            MaterialKind::MetallicRoughness(m) => metallic_roughness(m),
         }
     }
 
-    fn maps(&self, material: &Material) -> Result<String, SceneError> {
+    /// The file of a texture that is a linear picture and nothing else, as pbrt wants normal maps.
+    fn plain_picture(&self, id: TextureId) -> Option<&str> {
+        match &self.scene.textures[id.0 as usize] {
+            Texture::Image {
+                image,
+                mapping,
+                wrap: [Wrap::Repeat, Wrap::Repeat],
+                scale: 1.0,
+                invert: false,
+            } if *mapping == UvMapping::default()
+                && self.scene.images[image.0 as usize].encoding == TextureEncoding::Linear =>
+            {
+                Some(&self.pictures[image.0 as usize])
+            }
+            _ => None,
+        }
+    }
+
+    fn maps(&self, material: &Material) -> String {
         let mut text = String::new();
         if let Some(id) = material.normal_map {
-            let plain = |uv: &UvMapping| *uv == UvMapping::default();
-            match &self.scene.textures[id.0 as usize] {
-                Texture::Image { image, mapping, wrap: Wrap::Repeat, scale: 1.0, invert: false }
-                    if plain(mapping)
-                        && self.scene.images[image.0 as usize].encoding == TextureEncoding::Linear =>
-                {
-                    text += &format!(" \"string normalmap\" {}", self.pictures[image.0 as usize]);
-                }
-                _ => return Err(unsupported("a normal map that is not a plain linear picture")),
-            }
+            text += &match self.plain_picture(id) {
+                Some(picture) => format!(" \"string normalmap\" {picture}"),
+                None => format!(" \"texture normalmap\" {}", name(id)),
+            };
         }
         if let Some(id) = material.bump {
             text += &format!(" \"texture displacement\" {}", name(id));
         }
-        Ok(text)
+        text
     }
 
     pub fn shapes(&mut self) -> Result<(), SceneError> {
@@ -227,10 +308,22 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn shape(&mut self, shape: &Shape) -> Result<(), SceneError> {
+    /// A mesh in a file of its own.
+    fn ply_mesh(&mut self, mesh: &'a TriangleMesh) -> Result<String, SceneError> {
+        let Some(folder) = &self.meshes else { return Err(unsupported("the colours of vertices")) };
+        let file = folder.join(format!("mesh-{}.ply", self.files.meshes.len()));
+        let text = format!("\"plymesh\" \"string filename\" {}", quoted(&file.to_string_lossy()));
+        self.files.meshes.push((file, mesh));
+        Ok(text)
+    }
+
+    fn shape(&mut self, shape: &'a Shape) -> Result<(), SceneError> {
         let (frame, geometry) = match &shape.geometry {
             Geometry::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
             Geometry::Quads(mesh) if mesh.indices.is_empty() => return Ok(()),
+            Geometry::Triangles(mesh) if self.meshes.is_some() || mesh.colors.is_some() => {
+                (None, self.ply_mesh(mesh)?)
+            }
             Geometry::Triangles(mesh) => {
                 let vertices = vertices(&mesh.positions, mesh.normals.as_deref(), mesh.uvs.as_deref());
                 let indices = numbers("integer indices", mesh.indices.as_flattened());
@@ -261,30 +354,48 @@ impl Writer<'_> {
             self.out.line("  ReverseOrientation");
         }
         if let Some(emission) = &shape.emission {
-            let ColorInput::Constant(radiance) = emission.radiance else {
-                return Err(unsupported("textured emission"));
-            };
             let sides = if emission.two_sided { " \"bool twosided\" true" } else { "" };
-            self.out.line(&format!("  AreaLightSource \"diffuse\"{}{sides}", color("L", radiance)));
+            let radiance = color_input("L", emission.radiance);
+            self.out.line(&format!("  AreaLightSource \"diffuse\"{radiance}{sides}"));
         }
-        let alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
+        let mut alpha = shape.alpha.map(|alpha| float_input("alpha", alpha)).unwrap_or_default();
+        alpha += &shape.alpha_cutoff.map(|cutoff| number("alphacutoff", cutoff)).unwrap_or_default();
         self.out.line(&format!("  NamedMaterial {}", self.names.materials[shape.material.0 as usize]));
         self.out.line(&format!("  Shape {geometry}{alpha}\nAttributeEnd"));
         Ok(())
     }
 }
 
-/// A product: pbrt has a texture or colour times a number or texture.
+fn metallic_roughness(m: &MetallicRoughness) -> String {
+    let colors = [("basecolor", m.base_color), ("specularcolor", m.specular_color)];
+    let numbers = [
+        ("metallic", m.metallic),
+        ("roughness", m.roughness),
+        ("specular", m.specular),
+        ("transmission", m.transmission),
+        ("clearcoat", m.clearcoat),
+        ("clearcoatroughness", m.clearcoat_roughness),
+    ];
+    let mut text = format!("\"metallicroughness\"{}", number("eta", m.eta));
+    text.extend(colors.map(|(name, input)| color_input(name, input)));
+    text.extend(numbers.map(|(name, input)| float_input(name, input)));
+    if m.vertex_colors {
+        text += " \"bool vertexcolors\" true";
+    }
+    text
+}
+
+/// A product: of a texture or colour and a number or texture, or of two of the same kind as before version 4.
 fn scaled(a: ColorInput, b: ColorInput) -> String {
-    let (tex, factor) = match (a, b) {
+    let factor = match (a, b) {
         (ColorInput::Constant(a), ColorInput::Constant(b)) => {
             return format!("\"constant\"{}", color("value", a * b));
         }
-        (_, ColorInput::Constant(b)) if b.x == b.y && b.y == b.z => (a, FloatInput::Constant(b.x)),
-        (ColorInput::Texture(a), ColorInput::Constant(_)) => (b, FloatInput::Texture(a)),
-        (_, ColorInput::Texture(b)) => (a, FloatInput::Texture(b)),
+        (_, ColorInput::Constant(b)) if b.x == b.y && b.y == b.z => FloatInput::Constant(b.x),
+        (_, ColorInput::Texture(b)) => FloatInput::Texture(b),
+        _ => return format!("\"scale\"{}{}", color_input("tex1", a), color_input("tex2", b)),
     };
-    format!("\"scale\"{}{}", color_input("tex", tex), float_input("scale", factor))
+    format!("\"scale\"{}{}", color_input("tex", a), float_input("scale", factor))
 }
 
 fn numbers_of(matrix: &Mat4) -> String {

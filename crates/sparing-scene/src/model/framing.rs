@@ -5,6 +5,7 @@
 //! distant key light from the upper left. A model with emitters is taken for a room, open towards +z as the
 //! common Cornell boxes are: it is seen straight from there, by its own light only. y is up.
 
+use super::Framing;
 use crate::description::{
     ColorInput, Geometry, Light, Material, MaterialId, MaterialKind, Projection, QuadMesh, SceneDescription,
     Shape,
@@ -13,25 +14,28 @@ use glam::{Mat3, Mat4, Vec3};
 
 const FOV: f32 = 40.0;
 
-/// Adds camera, ground and lights to a scene that has shapes only.
-pub(super) fn frame(scene: &mut SceneDescription) {
+/// Adds camera, ground and lights to a scene that has shapes.
+pub(super) fn frame(scene: &mut SceneDescription, framing: Framing) {
     let Some((low, high)) = scene.bounds() else { return };
-    let lit = scene.shapes.iter().any(|shape| shape.emission.is_some());
     let center = (low + high) * 0.5;
     let radius = (low.distance(high) * 0.5).max(f32::MIN_POSITIVE);
-    let (azimuth, elevation) = if lit { (0.0f32, 0.0f32) } else { (35f32, 20f32) };
-    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-    let towards =
-        Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
-    let distance = 1.05 * radius / (FOV / 2.0).to_radians().sin();
-    let camera = &mut scene.camera;
-    camera.projection = Projection::Perspective { fov: FOV };
-    camera.camera_to_world = camera_at(center + towards * distance, -towards);
-    camera.focal_distance = distance;
-    if lit {
+    if framing.camera {
+        let (azimuth, elevation) = if framing.room { (0.0f32, 0.0f32) } else { (35f32, 20f32) };
+        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+        let towards =
+            Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
+        let distance = 1.05 * radius / (FOV / 2.0).to_radians().sin();
+        let camera = &mut scene.camera;
+        camera.projection = Projection::Perspective { fov: FOV };
+        camera.camera_to_world = camera_at(center + towards * distance, -towards);
+        camera.focal_distance = distance;
+    }
+    if !framing.light {
         return;
     }
-    add_ground(scene, center.with_y(low.y - 1e-3 * radius), 10.0 * radius);
+    if framing.camera {
+        add_ground(scene, center.with_y(low.y - 1e-3 * radius), 10.0 * radius);
+    }
     scene.lights.push(Light::Environment {
         radiance: Vec3::splat(0.5),
         image: None,
@@ -68,6 +72,7 @@ fn add_ground(scene: &mut SceneDescription, center: Vec3, half: f32) {
         material: MaterialId((scene.materials.len() - 1) as u32),
         emission: None,
         alpha: None,
+        alpha_cutoff: None,
         reverse_orientation: false,
     });
 }
