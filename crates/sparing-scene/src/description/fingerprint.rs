@@ -116,7 +116,6 @@ fn optional<T: bytemuck::NoUninit>(hasher: &mut Hasher, values: Option<&[T]>) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::{LoadOptions, load_pbrt_text};
     use std::path::Path;
 
