@@ -1,6 +1,7 @@
 //! One file per subcommand.
 
 mod compare;
+mod convert;
 mod info;
 mod machine;
 mod options;
@@ -36,6 +37,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Say what is in a scene or a picture, and what rendering will skip.
     Info(info::InfoArguments),
+    /// Write a scene (.pbrt, .gltf, .glb, .obj, .ply) as one pbrt file, with its meshes and pictures beside it.
+    Convert(convert::ConvertArguments),
     /// Compare sampling policies at equal error: time, samples, bias; tables, plots and one HTML page.
     Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
@@ -84,6 +87,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),

@@ -7,6 +7,7 @@ mod adaptive;
 mod bad_input;
 mod cli;
 mod common;
+mod convert;
 mod guards;
 mod interrupt;
 mod output;
