@@ -83,7 +83,7 @@ pub enum ImageSource {
     },
 }
 
-/// u' = scale[0] u + cross[0] v + offset[0] and v' = cross[1] u + scale[1] v + offset[1], applied to the surface's
+/// `u' = scale[0] u + cross[0] v + offset[0]` and `v' = cross[1] u + scale[1] v + offset[1]`, applied to the surface's
 /// texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
