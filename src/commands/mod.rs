@@ -1,6 +1,7 @@
 //! One file per subcommand.
 
 mod compare;
+mod convert;
 mod info;
 mod machine;
 mod merge;
@@ -41,6 +42,8 @@ enum Command {
     Info(info::InfoArguments),
     /// Put the parts of a picture together, or average pictures with different seeds.
     Merge(merge::MergeArguments),
+    /// Write a scene (.pbrt, .gltf, .glb, .obj, .ply) as one pbrt file, with its meshes and pictures beside it.
+    Convert(convert::ConvertArguments),
     /// Compare sampling policies at equal error: time, samples, bias; tables, plots and one HTML page.
     Study(study::StudyArguments),
     /// Measure what fewer support vectors cost: accuracy, agreement, time and memory of pruned machines.
@@ -92,6 +95,7 @@ pub fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),

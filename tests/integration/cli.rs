@@ -103,7 +103,17 @@ fn info_of_a_scene() {
     let names = |key: &str| -> Vec<String> { serde_json::from_value(i[key].clone()).expect("names") };
     assert!(names("needs").contains(&"texture-coordinates".to_owned()));
     assert!(!names("skipped").is_empty());
-    for key in ["quads", "lights", "materials", "geometry_bytes", "texture_bytes", "embree_bytes"] {
+    assert_eq!((&i["camera"]["projection"], &i["ignored"]), (&"perspective".into(), &serde_json::json!([])));
+    for key in [
+        "quads",
+        "lights",
+        "materials",
+        "vertices",
+        "textures",
+        "geometry_bytes",
+        "texture_bytes",
+        "embree_bytes",
+    ] {
         assert!(i[key].as_u64().is_some_and(|n| n > 0), "{key}");
     }
     let text = ok(f.path(), "info @tests/texture-alpha.pbrt").stdout;

@@ -8,6 +8,7 @@ mod bad_input;
 mod checkpoint;
 mod cli;
 mod common;
+mod convert;
 mod guards;
 mod interrupt;
 mod merge;

@@ -31,7 +31,8 @@ impl Builder<'_> {
     pub(super) fn shape(&mut self, ty: &str, at: &Span, mut params: ParamList) -> Result<(), SceneError> {
         params.add_defaults(&self.state.shape_defaults);
         self.alpha = match self.float_input(&params, "alpha", 1.0)? {
-            FloatInput::Constant(alpha) if alpha >= 1.0 => None,
+            // Said to be opaque, vertices may still have opacities.
+            FloatInput::Constant(alpha) if alpha >= 1.0 && params.get("alpha").is_none() => None,
             alpha => Some(alpha),
         };
         self.alpha_cutoff = params.float("alphacutoff")?;
