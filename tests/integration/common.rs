@@ -34,7 +34,7 @@ pub fn scene(name: &str) -> PathBuf {
 pub fn arguments(line: &str) -> Vec<PathBuf> {
     let word = |w: &str| w.strip_prefix('@').map_or_else(|| w.into(), scene);
     let mut words: Vec<PathBuf> = line.split_whitespace().map(word).collect();
-    let loads = ["render", "info", "study"].iter().any(|command| line.starts_with(command));
+    let loads = ["render", "info", "study", "convert"].iter().any(|command| line.starts_with(command));
     if loads && line.contains(" @") {
         words.extend(["--allow-path".into(), root().to_owned()]);
     }

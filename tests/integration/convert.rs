@@ -83,7 +83,7 @@ fn converted_scenes_render_as_before() {
     for (scene, exact) in
         [("a.obj", true), ("b.ply", true), ("c.gltf", false), ("@tests/texture-alpha.pbrt", false)]
     {
-        ok(f.path(), &format!("convert {scene} -o out.pbrt --force"));
+        ok(f.path(), &format!("convert {scene} -o out.pbrt --force --copy-pictures"));
         for (file, name) in [(scene, "before.exr"), ("out.pbrt", "after.exr")] {
             ok(f.path(), &format!("render {file} -o {name} --spp 64 --size 48x48 --progress none"));
         }

@@ -94,7 +94,7 @@ fn continuity(effort: Effort) -> f64 {
     let mut worst: f64 = 0.0;
     for _ in 0..effort.of(20_000, 1_000_000) {
         // Hues that differ by less than 170 degrees: at opposite ones the formula itself jumps (Sharma et al. 2005, 3).
-        let (hue, between) = (random.between(0.0, 6.2831), random.between(-2.9, 2.9));
+        let (hue, between) = (random.between(0.0, std::f64::consts::TAU), random.between(-2.9, 2.9));
         let colour = |h: f64, c: f64, l: f64| [l, c * h.cos(), c * h.sin()];
         let (c1, c2) = (random.between(1.0, 100.0), random.between(1.0, 100.0));
         let a = colour(hue, c1, 50.0);

@@ -158,7 +158,8 @@ fn negative(effort: Effort) -> f64 {
         for _ in 0..2 + (random.uniform() * 200.0) as u32 {
             p.add(Vec3::splat((offset + spread * random.uniform()) as f32));
         }
-        wrong += u32::from(!(p.variance_of_mean().min_element() >= 0.0));
+        let variance = p.variance_of_mean().min_element();
+        wrong += u32::from(variance < 0.0 || variance.is_nan());
     }
     f64::from(wrong)
 }

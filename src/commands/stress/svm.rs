@@ -90,7 +90,7 @@ fn bounds(effort: Effort) -> anyhow::Result<f64> {
             let mut queries = Vec::new();
             for k in 0..n {
                 let reach = 10_f64.powi(k % 7 - 3);
-                let near = &model.support_vector(k as usize % model.len())[..];
+                let near = model.support_vector(k as usize % model.len());
                 queries.extend(near.iter().map(|v| v + reach * random.between(-1.0, 1.0)));
             }
             let (mut values, mut limits) = (vec![0.0; n as usize], vec![0.0; n as usize]);
