@@ -134,6 +134,7 @@ fn shards_that_cannot_be_are_refused() {
         ("--shard 4/3", "there is no part 4 of 3"),
         ("--shard x", "expected I/N"),
         ("--shard 1/5", "4 rows of tiles cannot be split in 5"),
+        ("--shard 1/2 --heat-map h.png", "for whole pictures"),
         ("--shard 1/2 --time-limit 5s", "a time limit would leave parts"),
         ("--shard 1/8 --shard-by samples --spp 64", "64 samples cannot be split in 8"),
         ("--shard 1/9 --shard-by samples --spp 4096", "there can be 8 shards at most"),

@@ -149,7 +149,12 @@ impl Run<'_> {
             ));
         }
         if matches!(s.stopped_by, StoppedBy::TimeLimit | StoppedBy::Interrupt) {
-            note(format_args!("stopped by {}; the picture so far is saved", stop_name(s.stopped_by)));
+            let kept = match (&arguments.shard, &arguments.checkpoint) {
+                (None, _) => "the picture so far is saved",
+                (Some(_), Some(_)) => "the part so far is in the checkpoint",
+                (Some(_), None) => "a part that is not finished is not written: --checkpoint would keep it",
+            };
+            note(format_args!("stopped by {}; {kept}", stop_name(s.stopped_by)));
         }
     }
 }

@@ -5,6 +5,7 @@ use super::choice::Choice;
 use crate::commands::Usage;
 use crate::session::checkpoint::Part;
 use clap::ValueEnum;
+use sparing_adaptive::ledger::Ledger;
 use sparing_adaptive::state::State;
 use sparing_image::film::{Film, FilmOptions, Pixel, TILE};
 
@@ -43,6 +44,9 @@ impl Shard {
         let Some([index, count]) = a.shard else {
             return Ok(Self { part: Part::Whole, whole, own: whole, rendered: whole });
         };
+        if a.heat_map.is_some() {
+            return Err(Usage::error("--heat-map is for whole pictures, not for --shard"));
+        }
         if a.time_limit.is_some() {
             return Err(Usage::error("--shard: a time limit would leave parts that do not fit each other"));
         }
@@ -114,7 +118,8 @@ impl Shard {
         film.crop = self.own;
         film.correction = film.correction.iter().skip(skip).take(keep).copied().collect();
         *decisions = decisions.iter().skip(skip).take(keep).copied().collect();
-        *state = State { targets: Vec::new(), ledger: Default::default(), ..state.clone() };
+        state.targets.clear();
+        state.ledger = Ledger::default();
     }
 }
 

@@ -1,5 +1,6 @@
 //! One case: what it does, what it must keep, what was found.
 
+pub(super) use sparing_adaptive::training::Random;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// How much is done.
@@ -80,32 +81,5 @@ pub(super) fn number(value: f64) -> String {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         }
         _ => format!("{value:.1e}"),
-    }
-}
-
-/// Random numbers of these cases: SplitMix64 (Steele et al. 2014).
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(super) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1).
-    pub(super) fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 * 2_f64.powi(-53)
-    }
-
-    /// Between two numbers.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.uniform()
     }
 }

@@ -52,8 +52,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         area: AREA,
         name: "srgb",
-        does: "sRGB encoding of 0, the joint, 1, NaN, infinity and negative values, and the round trip.",
-        unit: "largest error; NaN must stay out",
+        does: "sRGB encoding of 0, the joint and 1, and the round trip.",
+        unit: "largest error",
         bound: 1e-6,
         measure: |_| Ok(srgb()),
     },
@@ -164,11 +164,6 @@ fn srgb() -> f64 {
     // Both pieces meet.
     worst = worst.max((srgb_encode(0.003_130_8) - srgb_encode(0.003_130_801)).abs() - 2e-8);
     worst = worst.max(srgb_encode(0.0).abs()).max((srgb_encode(1.0) - 1.0).abs());
-    // What a byte is made of: clamped, and NaN is black.
-    for (value, wanted) in [(f64::NAN, 0.0), (f64::INFINITY, 1.0), (-5.0, 0.0), (1e300, 1.0)] {
-        let shown = srgb_encode(if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) });
-        worst = worst.max((shown - wanted).abs());
-    }
     worst
 }
 

@@ -15,4 +15,5 @@ mod replay;
 pub use collect::{Collection, Row, collect};
 pub use fit::{Fit, FitError, Fitted, fit};
 pub use label::Label;
+pub use random::Random;
 pub use replay::Replay;
