@@ -6,6 +6,9 @@
 //! layers with an average of 32 and of 64 samples. The truth is a reference of another seed joined with the even
 //! renders: the policies' samples are a small part of it.
 
+#[path = "shared/stage.rs"]
+mod stage;
+
 use sparing_adaptive::goal::{Bounds, Goal};
 use sparing_adaptive::machine::Machine;
 use sparing_adaptive::policy::{Planned, Policy, Svm, Threshold};
@@ -13,9 +16,7 @@ use sparing_adaptive::training::Replay;
 use sparing_adaptive::view::View;
 use sparing_image::color::luminance;
 use sparing_image::film::{Film, FilmOptions};
-use sparing_render::integrator::Wave;
-use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
-use sparing_scene::generate::training::{Split, scene};
+use stage::Stage;
 
 const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 512 };
 const SCALE: f64 = 0.6;
@@ -44,6 +45,19 @@ fn summary(values: &[f64]) -> String {
     format!("{:+6.2} +- {:.2}", 100.0 * mean, 100.0 * (variance / n).sqrt())
 }
 
+/// The threshold at which `planned` takes this average of samples: by bisection of its logarithm.
+fn threshold_of(replay: &Replay, average: f64) -> f64 {
+    let exposure = View::auto_exposure(&replay.films()[0]);
+    let (mut low, mut high) = (1e-4_f64.ln(), 1e4_f64.ln());
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        let film = replay.run(&mut Planned { goal: Goal::Threshold(middle.exp()) }, exposure, |_, _| ());
+        let pixels = f64::from(film.width()) * f64::from(film.height());
+        if film.samples() as f64 > average * pixels { low = middle } else { high = middle }
+    }
+    (0.5 * (low + high)).exp()
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut first, mut scenes, mut seeds, mut reference) = (0_u32, 11_u32, 12_u64, 4096_u32);
     let mut model = "models/svm/default.model".to_owned();
@@ -66,21 +80,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     println!("signed error in per cent: all pixels | darkest lit quarter");
     for index in first..first.saturating_add(scenes) {
-        let mut description = scene(index, 1, Split::Validation);
-        let side = |pixels: u32| (f64::from(pixels) * SCALE).round().max(1.0) as u32;
-        let size = [side(description.film.width), side(description.film.height)];
-        [description.film.width, description.film.height] = size;
-        let settings = RenderSettings { max_depth: description.integrator.max_depth, ..Default::default() };
-        let name = description.name.clone();
-        let built = Scene::build(description, BuildOptions { threads: 0, robust: true })?;
-        let mut film = Film::new(size, [0, 0, size[0], size[1]], FilmOptions::default());
-        let renderer =
-            Renderer::new(&built, RenderSettings { seed: 990_001, ..settings }, FilmOptions::default());
-        renderer.run(&mut film, &Wave::default(), |_, _| reference);
+        let stage = Stage::new(index, SCALE)?;
+        let film = stage.reference(reference);
         let replays: Vec<Replay> = (0..seeds)
             .map(|k| {
-                let settings = RenderSettings { seed: 7000 + k, ..settings };
-                Replay::new(&built, size, settings, BOUNDS, FilmOptions::default())
+                Replay::new(&stage.scene, stage.size, stage.replicate(k), BOUNDS, FilmOptions::default())
             })
             .collect();
         let mut truth: Vec<f64> = luminances(&film).iter().map(|y| y * f64::from(reference)).collect();
@@ -98,11 +102,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             };
             [of(&mut (0..ys.len())), of(&mut quarter.iter().copied())]
         };
-        println!("{name}");
+        println!("{}", stage.name);
         let row = |name: &str, all: &[[f64; 2]]| {
             let column = |k: usize| summary(&all.iter().map(|e| e[k]).collect::<Vec<_>>());
             println!("    {name:<14} {} | {}", column(0), column(1));
         };
+        let other =
+            Replay::new(&stage.scene, stage.size, stage.replicate(seeds), BOUNDS, FilmOptions::default());
         for (average, level) in [(32.0, 2), (64.0, 3)] {
             row(
                 &format!("uniform {average}"),
@@ -115,6 +121,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 };
                 row(&format!("{name} {average}"), &replays.iter().map(run).collect::<Vec<_>>());
             }
+            // With a threshold that no sample of these renders has a part in.
+            let goal = Goal::Threshold(threshold_of(&other, average));
+            let run = |r: &Replay| {
+                let exposure = View::auto_exposure(&other.films()[0]);
+                errors(&r.run(&mut Planned { goal }, exposure, |_, _| ()))
+            };
+            row(&format!("planned, fixed {average}"), &replays.iter().map(run).collect::<Vec<_>>());
         }
     }
     Ok(())

@@ -30,6 +30,10 @@ pub struct Bounds {
 /// Pixels looked at, evenly spread, to find a threshold.
 const SAMPLE: usize = 1 << 16;
 
+/// Share of the way to a goal that a layer is to lead, and the share of the samples from which on it leads all of it.
+const WAY: f64 = 0.5;
+const LITTLE_LEFT: f64 = 0.95;
+
 /// Most samples of a plan over those of the first layer: the first layer cannot justify more, and one outlier must not send
 /// all around it to the maximum.
 const MOST_PLANNED: u32 = 64;
@@ -110,10 +114,38 @@ impl Goal {
         matches!(self, Self::Tolerance(_))
     }
 
-    /// The threshold that is expected to reach the goal, given the spread of each pixel. Infinite where nothing more is
-    /// needed, 0 where all that is allowed does not suffice.
+    /// The threshold for the next layer, given the spread of each pixel: the one that is expected to lead half of the way to the goal,
+    /// until little is left. What has not been found yet, such as rare bright light, asks for samples later, and those that are spent
+    /// cannot be taken back; a pixel that stops too early goes on at a later barrier. Infinite where nothing more is needed,
+    /// 0 where all that is allowed does not suffice.
     #[must_use]
     pub fn threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
+        self.half_way(view).expected_threshold(view, spread, bounds)
+    }
+
+    /// The goal for the next layer.
+    fn half_way(self, view: &View) -> Self {
+        let samples = |goal: f64, now: f64| {
+            if now > LITTLE_LEFT * goal { goal } else { now + WAY * (goal - now) }
+        };
+        match self {
+            Self::Threshold(_) => self,
+            Self::Average(n) => {
+                let sum: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
+                Self::Average(samples(n, sum / view.pixels.len().max(1) as f64))
+            }
+            // Samples are as one over the square of the error.
+            Self::Tolerance(t) => {
+                let error = predicted_error(view);
+                let aim = samples(1.0 / (t * t), 1.0 / (error * error)).sqrt().recip();
+                Self::Tolerance(if aim.is_finite() { aim.max(t) } else { t })
+            }
+        }
+    }
+
+    /// The threshold that is expected to reach the goal, if the spread of each pixel stays as it is.
+    #[must_use]
+    pub fn expected_threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
         let stride = view.pixels.len().div_ceil(SAMPLE).max(1);
         let candidates = view.pixels.iter().zip(&spread.values).step_by(stride);
         let mut histogram = Histogram::new();
@@ -133,6 +165,50 @@ impl Goal {
                 }
                 histogram.threshold(n, false)
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::Statistics;
+
+    fn view(counts: &[u32], perceived_error: f32) -> View {
+        let pixels = counts.iter().map(|&count| Statistics { count, perceived_error, ..Statistics::EMPTY });
+        View { width: counts.len(), height: 1, exposure: 1.0, error_scale: 1.0, pixels: pixels.collect() }
+    }
+
+    #[test]
+    fn a_layer_leads_half_of_the_way_until_little_is_left() {
+        let next = |goal: Goal, counts: &[u32], error| goal.half_way(&view(counts, error));
+        assert_eq!(next(Goal::Average(64.0), &[8, 8], 1.0), Goal::Average(36.0));
+        assert_eq!(next(Goal::Average(64.0), &[8, 64], 1.0), Goal::Average(50.0));
+        for counts in [[60, 62], [64, 64], [64, 512]] {
+            assert_eq!(next(Goal::Average(64.0), &counts, 1.0), Goal::Average(64.0));
+        }
+        // An error of 2 with a quarter of the samples that an error of 1 takes: half of the way is 2.5 quarters.
+        let Goal::Tolerance(t) = next(Goal::Tolerance(1.0), &[8], 2.0) else { panic!("another goal") };
+        assert!((t - (1.0_f64 / 0.625).sqrt()).abs() < 1e-12, "{t}");
+        for error in [0.0, 0.5, 1.0, 1.01] {
+            assert_eq!(next(Goal::Tolerance(1.0), &[8], error), Goal::Tolerance(1.0));
+        }
+        assert_eq!(next(Goal::Threshold(0.3), &[8], 2.0), Goal::Threshold(0.3));
+    }
+
+    #[test]
+    fn extreme_goals_stay_what_they_are() {
+        for (goal, error) in [
+            (Goal::Average(1e-9), 1.0),
+            (Goal::Average(f64::INFINITY), 1.0),
+            (Goal::Tolerance(f64::INFINITY), 1.0),
+            (Goal::Tolerance(0.0), 1.0),
+            (Goal::Tolerance(0.0), 0.0),
+            (Goal::Tolerance(f64::MIN_POSITIVE), f32::MAX),
+        ] {
+            let next = goal.half_way(&view(&[8, 16], error));
+            let (Goal::Average(x) | Goal::Tolerance(x) | Goal::Threshold(x)) = next;
+            assert!(x >= 0.0, "{goal:?} {error}: {next:?}");
         }
     }
 }

@@ -151,7 +151,9 @@ pub fn render(
     if counts.iter().any(|n| *n > 0) && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
         look.follow(&state.film, &mut outcome);
+        let lambda = decisions.lambda;
         decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
+        decisions.keep_lambda(lambda);
     }
     loop {
         let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
@@ -203,7 +205,9 @@ pub fn render(
         let decide_start = Instant::now();
         if stopped.is_none() {
             counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
+            let lambda = decisions.lambda;
             decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
+            decisions.keep_lambda(lambda);
             held_back = deadline.is_some_and(|d| {
                 // As many as the layer just rendered would be in the time that is left.
                 let left = d.saturating_duration_since(Instant::now()).as_secs_f64();

@@ -141,7 +141,9 @@ mod tests {
                 break;
             }
             let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
+            let lambda = decisions.lambda;
             decisions = policy.decide(&barrier);
+            decisions.keep_lambda(lambda);
             let passed = barrier.passed(&decisions);
             ledger.note(passed);
         }

@@ -15,7 +15,7 @@ pub use planned::Planned;
 pub use shapes::Shapes;
 pub use svm::{Band, Svm};
 pub use threshold::Threshold;
-pub(crate) use threshold::{PERCEIVED_PER_RELATIVE, own_spread};
+pub use threshold::{PERCEIVED_PER_RELATIVE, own_spread};
 pub use uniform::Uniform;
 
 use crate::goal::Bounds;
@@ -93,7 +93,12 @@ impl<'a> Barrier<'a> {
     /// The spread of each pixel's neighbours within this radius at the first barrier: what a pixel's plan comes from
     /// (see [`Ledger`]). The radius must be the same in the whole render.
     pub fn plan(&self, radius: usize) -> &Plane {
-        self.ledger.plan(|| self.view().plane(own_spread).others(radius))
+        self.plan_by(|| self.view().plane(own_spread).others(radius))
+    }
+
+    /// A plan by another rule, which must leave out a pixel's own samples and be the same in the whole render.
+    pub fn plan_by(&self, spread: impl FnOnce() -> Plane) -> &Plane {
+        self.ledger.plan(spread)
     }
 }
 
@@ -106,6 +111,16 @@ pub struct Decisions {
     pub values: Vec<f32>,
     /// The threshold of the plan, if the policy follows it.
     pub lambda: Option<f64>,
+}
+
+impl Decisions {
+    /// Keeps the threshold of the barrier before if the goal is reached at this one, which gives an infinite threshold: the plan is
+    /// that of the last threshold that pixels were judged by.
+    pub(crate) fn keep_lambda(&mut self, earlier: Option<f64>) {
+        if self.lambda.is_some_and(f64::is_infinite) {
+            self.lambda = earlier;
+        }
+    }
 }
 
 /// Decides at every barrier which pixels get more samples.

@@ -6,6 +6,7 @@ use super::{Barrier, Decisions, Policy, Threshold, doubled};
 use crate::features::{self, FeatureMatrix, Query};
 use crate::goal::{Goal, planned};
 use crate::machine::Machine;
+use crate::view::View;
 use rayon::prelude::*;
 
 /// Where the machine decides: where the logarithm of the rule's gain over its threshold is between these.
@@ -69,6 +70,11 @@ fn on_grid(lambda: f64) -> f64 {
     if lambda > 0.0 && lambda.is_finite() { ((20.0 * lambda.ln()).round() / 20.0).exp() } else { lambda }
 }
 
+/// Whether any pixel does.
+fn goes_on(view: &View, decisions: &Decisions) -> bool {
+    view.pixels.iter().zip(&decisions.targets).any(|(p, target)| *target > p.count)
+}
+
 impl Policy for Svm {
     fn name(&self) -> &'static str {
         "svm"
@@ -121,6 +127,14 @@ impl Policy for Svm {
             decisions.values[query.pixel] = value.clamp(-64.0, 64.0) as f32;
         }
         self.memory.keep(view, asked_at, values);
+        if !matches!(self.rule.goal, Goal::Threshold(_)) && !goes_on(view, &decisions) {
+            // A goal in samples or error is not reached: what the machine declines is still the best there is.
+            for query in &queries {
+                if query.log_gain > 0.0 {
+                    decisions.targets[query.pixel] = doubled(view.pixels[query.pixel].count, bounds);
+                }
+            }
+        }
         decisions
     }
 }

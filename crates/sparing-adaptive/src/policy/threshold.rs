@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// CIEDE2000 of a relative error of 1 at middle brightness (d L* = 116 / 3 Y^(1/3) dY / Y, at Y = 0.4): brings the two
 /// measures of error to one scale.
-pub(crate) const PERCEIVED_PER_RELATIVE: f32 = 28.0;
+pub const PERCEIVED_PER_RELATIVE: f32 = 28.0;
 
 /// What a pixel's own spread counts for against that of the neighbourhood.
 const OWN: f32 = std::f32::consts::SQRT_2;
@@ -43,7 +43,8 @@ impl Threshold {
 }
 
 /// The spread of one pixel by itself, in CIEDE2000 for one sample.
-pub(crate) fn own_spread(p: &Statistics) -> f32 {
+#[must_use]
+pub fn own_spread(p: &Statistics) -> f32 {
     let error = (PERCEIVED_PER_RELATIVE * p.relative_error).max(p.perceived_error);
     // Saturated sums give no infinity here.
     (error * (p.count as f32).sqrt()).min(1e30)

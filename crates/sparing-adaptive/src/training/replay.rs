@@ -8,8 +8,8 @@ use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;
 use sparing_render::{RenderSettings, Renderer, Scene};
 
-/// Films of one seed at the minimum and every doubling up to the maximum. A sample is a function of pixel, index and seed,
-/// so whatever a policy renders is put together from these films, bit for bit.
+/// Films of one seed at some counts of samples, by default the minimum and every doubling up to the maximum. A sample is a
+/// function of pixel, index and seed, so whatever a policy renders is put together from these films, bit for bit.
 #[derive(Clone, Debug)]
 pub struct Replay {
     films: Vec<Film>,
@@ -26,18 +26,39 @@ impl Replay {
         bounds: Bounds,
         options: FilmOptions,
     ) -> Self {
+        let first = bounds.min_spp.max(1);
+        let doublings = (0..u32::BITS).map_while(|k| first.checked_mul(1 << k));
+        let counts: Vec<u32> = doublings.take_while(|n| *n <= bounds.max_spp.max(first)).collect();
+        Self::with_counts(scene, size, settings, &counts, options)
+    }
+
+    /// Renders evenly to each of these counts, which rise.
+    #[must_use]
+    pub fn with_counts(
+        scene: &Scene,
+        size: [u32; 2],
+        settings: RenderSettings,
+        counts: &[u32],
+        options: FilmOptions,
+    ) -> Self {
         let renderer = Renderer::new(scene, settings, options);
         let mut film = Film::new(size, [0, 0, size[0], size[1]], options);
-        let (mut films, mut spp) = (Vec::new(), bounds.min_spp.max(1));
-        loop {
+        let stored = |&spp: &u32| {
             renderer.run(&mut film, &Wave::default(), |_, _| spp);
-            if spp > bounds.max_spp / 2 {
-                films.push(film);
-                return Self { films, bounds: Bounds { max_spp: spp, ..bounds } };
-            }
-            films.push(film.clone());
-            spp *= 2;
-        }
+            film.clone()
+        };
+        let films = counts.iter().map(stored).collect();
+        let end = |n: Option<&u32>| n.copied().unwrap_or(1);
+        Self { films, bounds: Bounds { min_spp: end(counts.first()), max_spp: end(counts.last()) } }
+    }
+
+    /// The same without the layers beyond this many samples.
+    #[must_use]
+    pub fn up_to(&self, max_spp: u32) -> Self {
+        let count = |film: &Film| film.tiles.first().map_or(0, |t| t.pixels[0].count());
+        let films: Vec<Film> = self.films.iter().take_while(|f| count(f) <= max_spp).cloned().collect();
+        let most = films.last().map_or(self.bounds.min_spp, count);
+        Self { films, bounds: Bounds { max_spp: most, ..self.bounds } }
     }
 
     /// Least and most samples that are stored.
@@ -46,7 +67,7 @@ impl Replay {
         self.bounds
     }
 
-    /// The even films: the minimum, twice that, and so on.
+    /// The even films, those with the least samples first.
     #[must_use]
     pub fn films(&self) -> &[Film] {
         &self.films
@@ -63,13 +84,13 @@ impl Replay {
             spread.values.iter().filter(|s| **s > 0.0).count() as f64 / spread.values.len().max(1) as f64;
         let least = f64::from(self.bounds.min_spp);
         let thresholds = averages.map(|average| {
-            Goal::Average(least + lit * (average - least)).threshold(view, &spread, self.bounds)
+            Goal::Average(least + lit * (average - least)).expected_threshold(view, &spread, self.bounds)
         });
         thresholds.iter().all(|t| t.is_finite() && *t > 0.0).then_some(thresholds)
     }
 
-    /// Runs a policy that goes on by doubling, as the loop of layers would. `at_barrier` sees each barrier, the level of each
-    /// pixel (its film's number), and then the film may be dropped. Gives the final film.
+    /// Runs a policy, as the loop of layers would; a pixel that goes on gets the least stored count that reaches its target.
+    /// `at_barrier` sees each barrier and the level of each pixel (its film's number). Gives the final film.
     pub fn run(
         &self,
         policy: &mut dyn Policy,
@@ -80,10 +101,13 @@ impl Replay {
         let width = film.width() as usize;
         let mut levels = vec![0_u8; width * film.height() as usize];
         let mut ledger = Ledger::default();
+        let mut lambda = None;
         loop {
             let barrier = Barrier::new(&film, &ledger, self.bounds, exposure);
             at_barrier(&barrier, &levels);
-            let decisions = policy.decide(&barrier);
+            let mut decisions = policy.decide(&barrier);
+            decisions.keep_lambda(lambda);
+            lambda = decisions.lambda;
             let passed = barrier.passed(&decisions);
             ledger.note(passed);
             let targets = &decisions.targets;
@@ -94,10 +118,13 @@ impl Replay {
                     for x in tile.x0..tile.x0 + tile.width {
                         let at = (y - y0) as usize * width + (x - x0) as usize;
                         let i = tile.index(x, y);
-                        let next = usize::from(levels[at]) + 1;
-                        if targets[at] > tile.pixels[i].count() && next < self.films.len() {
-                            levels[at] += 1;
-                            let from = &self.films[next].tiles[number];
+                        let later = &self.films[usize::from(levels[at])..];
+                        let count = |film: &Film| film.tiles[number].pixels[i].count();
+                        let steps = later.iter().position(|film| count(film) >= targets[at]);
+                        let steps = steps.unwrap_or(later.len() - 1);
+                        if steps > 0 {
+                            levels[at] += steps as u8;
+                            let from = &later[steps].tiles[number];
                             tile.pixels[i] = from.pixels[i].clone();
                             if let (Some(to), Some(from)) = (tile.shapes.get_mut(i), from.shapes.get(i)) {
                                 *to = from.clone();
@@ -148,6 +175,10 @@ mod tests {
             let limits = Limits { bounds, time: None, exposure: Some(1.5) };
             let stop = AtomicBool::new(false);
             render(&renderer, &mut state, &mut Threshold::new(goal), &limits, &stop, &mut Unwatched);
+            assert!(
+                state.lambda.is_some_and(f64::is_finite),
+                "{goal:?}: the last threshold that pixels were judged by"
+            );
             let film = state.film;
             let pixels = |film: &Film| film.map(|t, i| t.pixels[i].clone());
             assert!(pixels(&film) == pixels(&replayed), "{goal:?}");
