@@ -5,7 +5,7 @@
 //! budget. A goal in units is turned into lambda anew at every barrier, from what the pixels look like by then.
 
 use crate::pooling::Plane;
-use crate::view::View;
+use crate::view::{Statistics, View};
 
 /// What to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,10 @@ const SAMPLE: usize = 1 << 16;
 /// Share of the way to a goal that a layer is to lead, and the share of the samples from which on it leads all of it.
 const WAY: f64 = 0.5;
 const LITTLE_LEFT: f64 = 0.95;
+/// A layer of fewer pixels than one in so many leads all of the way: each barrier has its cost.
+const FEW: usize = 128;
+/// An average of samples is reached to this.
+const REACHED: f64 = 0.995;
 
 /// Most samples of a plan over those of the first layer: the first layer cannot justify more, and one outlier must not send
 /// all around it to the maximum.
@@ -114,13 +118,26 @@ impl Goal {
         matches!(self, Self::Tolerance(_))
     }
 
-    /// The threshold for the next layer, given the spread of each pixel: the one that is expected to lead half of the way to the goal,
-    /// until little is left. What has not been found yet, such as rare bright light, asks for samples later, and those that are spent
-    /// cannot be taken back; a pixel that stops too early goes on at a later barrier. Infinite where nothing more is needed,
-    /// 0 where all that is allowed does not suffice.
+    /// The threshold for the next layer, given the spread of each pixel: the one that is expected to lead half of the way to the goal.
+    /// What has not been found yet, such as rare bright light, asks for samples later, and those that are spent cannot be taken
+    /// back; a pixel that stops too early goes on at a later barrier. Where little is left, or few pixels would go on, it leads
+    /// all of the way. Infinite where nothing more is needed, 0 where all that is allowed does not suffice.
     #[must_use]
     pub fn threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
-        self.half_way(view).expected_threshold(view, spread, bounds)
+        let whole = match self {
+            Self::Average(n) => Self::Average(REACHED * n),
+            goal => goal,
+        };
+        let half_way = whole.half_way(view);
+        let lambda = half_way.expected_threshold(view, spread, bounds);
+        let goes_on =
+            |(p, spread): (&Statistics, &f32)| f64::from(*spread) > lambda * f64::from(p.count.max(1));
+        let going = || view.pixels.iter().zip(&spread.values).filter(|pixel| goes_on(*pixel)).count();
+        if half_way != whole && going() < view.pixels.len() / FEW {
+            whole.expected_threshold(view, spread, bounds)
+        } else {
+            lambda
+        }
     }
 
     /// The goal for the next layer.
@@ -172,7 +189,6 @@ impl Goal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::Statistics;
 
     fn view(counts: &[u32], perceived_error: f32) -> View {
         let pixels = counts.iter().map(|&count| Statistics { count, perceived_error, ..Statistics::EMPTY });

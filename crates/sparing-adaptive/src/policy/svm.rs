@@ -6,7 +6,7 @@ use super::{Barrier, Decisions, Policy, Threshold, doubled};
 use crate::features::{self, FeatureMatrix, Query};
 use crate::goal::{Goal, planned};
 use crate::machine::Machine;
-use crate::view::View;
+use crate::pooling::Plane;
 use rayon::prelude::*;
 
 /// Where the machine decides: where the logarithm of the rule's gain over its threshold is between these.
@@ -64,15 +64,15 @@ impl Svm {
     }
 }
 
+/// The threshold falls to this share of it where no pixel goes on, so many times at most: at the last, what the machine declines first is
+/// far above its band.
+const LESS: f64 = 0.8;
+const MOST_TRIES: usize = 8;
+
 /// The machine is asked at thresholds 5 % apart: a goal's threshold hardly moves at late barriers, and what was asked before is
 /// not asked again.
 fn on_grid(lambda: f64) -> f64 {
     if lambda > 0.0 && lambda.is_finite() { ((20.0 * lambda.ln()).round() / 20.0).exp() } else { lambda }
-}
-
-/// Whether any pixel does.
-fn goes_on(view: &View, decisions: &Decisions) -> bool {
-    view.pixels.iter().zip(&decisions.targets).any(|(p, target)| *target > p.count)
 }
 
 impl Policy for Svm {
@@ -85,9 +85,26 @@ impl Policy for Svm {
     }
 
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
-        let (view, bounds) = (barrier.view(), barrier.bounds);
+        let view = barrier.view();
         let spread = self.rule.spread(barrier);
-        let lambda = self.rule.goal.threshold(view, &spread, bounds);
+        let mut lambda = self.rule.goal.threshold(view, &spread, barrier.bounds);
+        let mut decisions = self.decide_at(lambda, barrier, &spread);
+        // The machine may decline all that a goal in samples or error still asks for: then others are worth more than was thought.
+        let given = matches!(self.rule.goal, Goal::Threshold(_));
+        for _ in 0..if given || !lambda.is_finite() { 0 } else { MOST_TRIES } {
+            if view.pixels.iter().zip(&decisions.targets).any(|(p, target)| *target > p.count) {
+                break;
+            }
+            lambda *= LESS;
+            decisions = self.decide_at(lambda, barrier, &spread);
+        }
+        decisions
+    }
+}
+
+impl Svm {
+    fn decide_at(&mut self, lambda: f64, barrier: &Barrier<'_>, spread: &Plane) -> Decisions {
+        let (view, bounds) = (barrier.view(), barrier.bounds);
         let asked_at = on_grid(lambda);
         let plan = &barrier.plan(PLAN_RADIUS).values;
         let band = self.band;
@@ -127,14 +144,6 @@ impl Policy for Svm {
             decisions.values[query.pixel] = value.clamp(-64.0, 64.0) as f32;
         }
         self.memory.keep(view, asked_at, values);
-        if !matches!(self.rule.goal, Goal::Threshold(_)) && !goes_on(view, &decisions) {
-            // A goal in samples or error is not reached: what the machine declines is still the best there is.
-            for query in &queries {
-                if query.log_gain > 0.0 {
-                    decisions.targets[query.pixel] = doubled(view.pixels[query.pixel].count, bounds);
-                }
-            }
-        }
         decisions
     }
 }
