@@ -55,6 +55,7 @@ while [ $# -gt 0 ]; do
 done
 echo "$1" >> "$HOSTS"
 shift
+[ "$1" != -- ] || shift
 cd "$HOME" && exec sh -c "$*"
 SSH
 chmod +x bin/instead-of-ssh

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Its checkpoints take 1.2 MB.
-const LINE: &str = "render @cornell-box.pbrt --size 64x56 --spp 1500 --progress none";
+/// Its checkpoints take 0.6 MB.
+const LINE: &str = "render @cornell-box.pbrt --size 48x40 --spp 800 --progress none";
 
 /// Starts one that takes some seconds: with one thread.
 fn start(folder: &Path, line: &str) -> Child {
@@ -77,7 +77,7 @@ fn undisturbed(folder: &Path) -> Exr {
 fn a_disk_that_fills_up_keeps_the_checkpoint_before() {
     let f = folder();
     // Room for one checkpoint, but not for the next one beside it.
-    let Some(disk) = Disk::new(f.path().join("disk"), "1600k") else { return };
+    let Some(disk) = Disk::new(f.path().join("disk"), "900k") else { return };
     let whole = undisturbed(f.path());
     let line = format!("{LINE} -o a.exr --checkpoint disk/c.exr --checkpoint-interval 50ms");
     let mut child = start(f.path(), &line);
@@ -172,7 +172,7 @@ fn a_picture_that_cannot_be_written_leaves_a_checkpoint_of_the_end() {
     assert!(same(&Exr::read(&away.join("a.exr")), &whole));
     let text = std::fs::read_to_string(f.path().join("s.json")).expect("statistics");
     let statistics: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(statistics["samples"], 64 * 56 * 1500, "nothing was rendered again: {statistics}");
+    assert_eq!(statistics["samples"], 48 * 40 * 800, "nothing was rendered again: {statistics}");
     assert!(!f.path().join("c.exr").exists());
 }
 
@@ -253,7 +253,7 @@ fn a_clock_that_jumps_changes_nothing() {
         begin.elapsed()
     };
     // Neither at once nor a year later.
-    let long = LINE.replace("--spp 1500", "--spp 1000000");
+    let long = LINE.replace("--spp 800", "--spp 1000000");
     let line = format!("{long} -o b.exr --checkpoint d.exr --checkpoint-interval 200ms --time-limit 1s");
     let took = go(&line);
     assert!(took > Duration::from_millis(900) && took < Duration::from_secs(30), "{took:?}");
