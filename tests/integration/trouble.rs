@@ -167,6 +167,8 @@ fn a_picture_that_cannot_be_written_leaves_a_checkpoint_of_the_end() {
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("cannot write away/a.exr: No such file or directory"), "{said}");
     assert!(said.contains("the render is in c.exr: --resume goes on from it"), "{said}");
+    let kept = Exr::read(&f.path().join("c.exr"));
+    assert!(kept.channel("SampleCount.Y").iter().all(|n| *n == 800.0), "not all samples are kept");
     std::fs::create_dir(&away).expect("a folder");
     ok(f.path(), &format!("{line} --resume"));
     assert!(same(&Exr::read(&away.join("a.exr")), &whole));
