@@ -237,7 +237,7 @@ fn inward(effort: Effort) -> anyhow::Result<f64> {
 }
 
 /// Normal maps hold (n + 1) / 2.
-const MAPS: [[f32; 3]; 8] = [
+const MAPS: [[f32; 3]; 10] = [
     [0.5, 0.5, 0.0],
     [1.0, 0.5, 0.0],
     [1.0, 0.5, 0.5],
@@ -246,6 +246,9 @@ const MAPS: [[f32; 3]; 8] = [
     [0.0, 0.0, 0.0],
     [1e30, -1e30, 1e30],
     [0.5, 0.5, 0.500_001],
+    // Outwards, but longer than 1.
+    [0.5, 0.5, 2.0],
+    [0.9, 0.5, 1.5],
 ];
 
 fn inward_maps(effort: Effort) -> anyhow::Result<f64> {
