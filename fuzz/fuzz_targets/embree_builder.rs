@@ -149,7 +149,7 @@ fn look(scene: &Scene, i: &mut Input<'_>) {
             let _ = scene.interpolate::<2>(id, 0, 0.3, 0.3, VertexData::Attribute(u32::from(i.byte() % 20)));
         }
     }
-    scene.bounds();
+    let _ = scene.bounds();
     assert!(scene.take_panic().is_none());
 }
 
