@@ -46,6 +46,7 @@ valgrind: setup ## run the tests of the wrappers of C libraries under memcheck (
 	@command -v valgrind >/dev/null || \
 		{ echo "valgrind is missing; install it first, on Debian and Ubuntu: apt-get install valgrind" >&2; exit 1; }
 	@crates/embree4/valgrind.sh
+	@crates/openexr-core/valgrind.sh
 	@crates/libsvm-oracle/valgrind.sh
 
 references: setup ## render the reference pictures of the tests again (long; look at them before you commit)

@@ -38,9 +38,9 @@ pub struct Statistics {
     pub layers: Vec<Layer>,
     /// Samples that were not finite or negative.
     pub invalid_samples: u64,
-    /// The first of them: x, y, sample index.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub first_invalid: Option<[u32; 3]>,
+    /// Some of them: x, y, sample index.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub invalid: Vec<[u32; 3]>,
     /// What radiance was multiplied by before errors were judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f32>,

@@ -1,7 +1,8 @@
 //! Parts of pictures, put together.
 
 use crate::checkpoint::same;
-use crate::common::{Exr, files, folder, ok, p_value, run};
+use crate::common::{Exr, arguments, files, folder, ok, p_value, run};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Renders all parts and merges them.
@@ -123,6 +124,39 @@ fn what_does_not_fit_is_refused_by_name() {
         assert!(r.stderr.contains(wanted), "{parts}: {}", r.stderr);
     }
     assert_eq!(files(f.path()), before, "nothing was written");
+}
+
+/// A part that was stopped is kept as a checkpoint, and not taken for a part until it is finished.
+#[test]
+fn a_part_that_was_stopped_is_not_merged_before_it_is_finished() {
+    let f = folder();
+    let line = "render @cornell-box.pbrt --size 24x32 --spp 200000 --progress none";
+    let part = format!("{line} --shard 2/2 -o 2.exr --checkpoint c.exr");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_sparing"));
+    command.current_dir(f.path()).args(arguments(&part.replace("--progress none", "--progress json")));
+    let mut child = command
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut out = BufReader::new(child.stdout.take().expect("a pipe"));
+    let mut line_of_progress = String::new();
+    while !line_of_progress.contains("\"samples\":") || line_of_progress.contains("\"samples\":0") {
+        line_of_progress.clear();
+        assert!(out.read_line(&mut line_of_progress).expect("a line") > 0, "it ended");
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill").success());
+    let mut rest = String::new();
+    out.read_to_string(&mut rest).expect("text");
+    let output = child.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert_eq!(files(f.path()), ["c.exr"], "a part that is not finished has no file of its own");
+    let r = run(f.path(), "merge c.exr -o m.exr");
+    assert_eq!((r.code, files(f.path())), (1, vec!["c.exr".to_owned()]));
+    let wanted = "error: c.exr is not finished: it is a checkpoint, to go on from with --resume\n";
+    assert_eq!(r.stderr, wanted);
 }
 
 #[test]

@@ -440,6 +440,48 @@ fn one_sample_replays() {
     assert_eq!((r.code, r.stderr.as_str()), (1, "error: pixel 20,0 is outside the picture of 20x20\n"));
 }
 
+/// Replayed samples add up to the pixel, and every sample that the statistics call invalid shows what is wrong.
+#[test]
+fn invalid_samples_are_named_and_replay() {
+    let f = folder();
+    // Emission and what is reflected are finite each, and too much together.
+    let scene = "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 40\n\
+        Film \"rgb\" \"integer xresolution\" 20 \"integer yresolution\" 20\nWorldBegin\n\
+        LightSource \"infinite\" \"rgb L\" [ 3e38 3e38 3e38 ]\nMaterial \"diffuse\" \"rgb reflectance\" [ 1 1 1 ]\n\
+        AreaLightSource \"diffuse\" \"rgb L\" [ 2e38 2e38 2e38 ]\nShape \"sphere\" \"float radius\" 1\n";
+    std::fs::write(f.path().join("bright.pbrt"), scene).expect("a scene");
+    let line = "render bright.pbrt --spp 16 -o a.exr --stats s.json --progress none";
+    let said = ok(f.path(), line).stderr;
+    let text = std::fs::read_to_string(f.path().join("s.json")).expect("statistics");
+    let statistics: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let named = statistics["invalid"].as_array().expect("a list");
+    let invalid = statistics["invalid_samples"].as_u64().expect("a number");
+    assert!(invalid > 64 && named.len() == 64, "{invalid} {}", named.len());
+    let first = format!("the first: --pixel {},{} --sample {}", named[0][0], named[0][1], named[0][2]);
+    assert!(said.contains(&first), "{said}");
+    assert!(Exr::read(&f.path().join("a.exr")).channel("R").iter().all(|v| v.is_finite()));
+    for at in named.iter().step_by(5) {
+        let replay = ok(f.path(), &format!("{line} --pixel {},{} --sample {}", at[0], at[1], at[2])).json();
+        assert_eq!((&replay["invalid"], &replay["radiance"][0]), (&true.into(), &"inf".into()), "{replay}");
+        let path = replay["path"].as_array().expect("a list");
+        assert!(path[0]["hit"]["position"].is_array() && path[0]["radiance"][0].is_f64(), "{replay}");
+        assert!(path.len() >= 2 && path.iter().any(|v| v["radiance"][0] == "inf"), "{replay}");
+    }
+
+    let line = "render @cornell-box.pbrt --size 20x20 --spp 24 -o b.exr --progress none";
+    ok(f.path(), line);
+    let picture = Exr::read(&f.path().join("b.exr"));
+    let mut sum = [0.0; 3];
+    for n in 0..24 {
+        let replay = ok(f.path(), &format!("{line} --pixel 9,13 --sample {n}")).json();
+        let value = |c: usize| replay["radiance"][c].as_f64().expect("a number");
+        sum = [0, 1, 2].map(|c| sum[c] + value(c));
+    }
+    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+        assert_eq!((sum[c] / 24.0) as f32, picture.channel(name)[13 * 20 + 9], "{name}");
+    }
+}
+
 /// Existing pictures are replaced whole.
 #[test]
 fn an_old_picture_is_replaced() {

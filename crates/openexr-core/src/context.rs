@@ -2,7 +2,7 @@
 
 use std::any::Any;
 use std::ffi::{CStr, c_void};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -24,18 +24,35 @@ pub(crate) struct Context<'a> {
 impl<'a> Context<'a> {
     /// Opens a file in memory and parses its header.
     pub(crate) fn read(bytes: &'a &'a [u8], max_side: u32) -> Result<Self, Error> {
-        let max_side = i32::try_from(max_side).unwrap_or(i32::MAX);
         let mut options = options(std::ptr::from_ref(bytes).cast_mut().cast());
         options.read_fn = Some(read_bytes);
         options.size_fn = Some(size_of_bytes);
+        // SAFETY: the user data is the slice that `read_bytes` and `size_of_bytes` expect, borrowed for as long as the
+        // context lives.
+        unsafe { Self::start_read(options, max_side) }
+    }
+
+    /// Opens a file and parses its header; nothing else of it is read until it is asked for.
+    pub(crate) fn read_from<R: Read + Seek>(source: &'a mut Source<R>, max_side: u32) -> Result<Self, Error> {
+        let mut options = options(std::ptr::from_mut(source).cast());
+        options.read_fn = Some(read_source::<R>);
+        options.size_fn = Some(size_of_source::<R>);
+        // SAFETY: the user data is the source that both functions of `R` expect, exclusively borrowed for as long as the
+        // context lives.
+        unsafe { Self::start_read(options, max_side) }
+    }
+
+    /// # Safety
+    /// The functions and the user data of `options` fit each other for the life `'a`.
+    unsafe fn start_read(mut options: sys::exr_context_initializer_t, max_side: u32) -> Result<Self, Error> {
+        let max_side = i32::try_from(max_side).unwrap_or(i32::MAX);
         options.max_image_width = max_side;
         options.max_image_height = max_side;
         options.max_tile_width = max_side;
         options.max_tile_height = max_side;
         options.flags = sys::EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION as i32;
         let mut raw = std::ptr::null_mut();
-        // SAFETY: the name is a C string, `options` is initialised with its size, and its user data is the
-        // slice that `read_bytes` and `size_of_bytes` expect, borrowed for as long as the context lives.
+        // SAFETY: the name is a C string, `options` is initialised with its size, and its functions get what they expect.
         check(unsafe { sys::exr_start_read(&mut raw, STREAM_NAME_C.as_ptr(), &options) })?;
         Ok(Self { raw, stream: PhantomData })
     }
@@ -47,7 +64,7 @@ impl<'a> Context<'a> {
         options.zip_level = zip_level;
         let mut raw = std::ptr::null_mut();
         let mode = sys::exr_default_write_mode::EXR_WRITE_FILE_DIRECTLY;
-        // SAFETY: as above; the user data is the sink that `write_bytes::<W>` expects, exclusively borrowed
+        // SAFETY: the name is a C string, `options` is initialised with its size, and the user data is the sink that `write_bytes::<W>` expects, exclusively borrowed
         // for as long as the context lives.
         check(unsafe { sys::exr_start_write(&mut raw, STREAM_NAME_C.as_ptr(), mode, &options) })?;
         Ok(Self { raw, stream: PhantomData })
@@ -108,6 +125,80 @@ unsafe extern "C" fn size_of_bytes(_context: sys::exr_const_context_t, user_data
     // SAFETY: as in `read_bytes`.
     let bytes: &[u8] = unsafe { *user_data.cast::<&[u8]>() };
     bytes.len() as i64
+}
+
+/// A stream to read from, with what went wrong on it.
+pub(crate) struct Source<R> {
+    input: R,
+    length: u64,
+    pub(crate) error: Option<std::io::Error>,
+    pub(crate) panic: Option<Box<dyn Any + Send>>,
+}
+
+impl<R: Read + Seek> Source<R> {
+    pub(crate) fn new(mut input: R) -> std::io::Result<Self> {
+        let length = input.seek(SeekFrom::End(0))?;
+        Ok(Self { input, length, error: None, panic: None })
+    }
+
+    pub(crate) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Fills as much of the buffer as the stream has from `offset` on.
+    fn read_at(&mut self, buffer: &mut [u8], offset: u64) -> std::io::Result<usize> {
+        self.input.seek(SeekFrom::Start(offset))?;
+        let mut filled = 0;
+        while filled < buffer.len() {
+            match self.input.read(&mut buffer[filled..]) {
+                Ok(0) => break,
+                Ok(n) => filled += n,
+                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(filled)
+    }
+}
+
+unsafe extern "C" fn read_source<R: Read + Seek>(
+    _context: sys::exr_const_context_t,
+    user_data: *mut c_void,
+    buffer: *mut c_void,
+    size: u64,
+    offset: u64,
+    _error: sys::exr_stream_error_func_ptr_t,
+) -> i64 {
+    // SAFETY: the user data of such a context is its source, exclusively borrowed by the context, and this crate makes
+    // the library read from one thread at a time.
+    let source = unsafe { &mut *user_data.cast::<Source<R>>() };
+    let length = usize::try_from(size.min(source.length)).unwrap_or(0);
+    if length == 0 {
+        return 0;
+    }
+    // SAFETY: the library's buffer holds `size` bytes and is nobody else's meanwhile; it is initialised here, since a
+    // reader may look at what it is given.
+    let buffer = unsafe {
+        buffer.cast::<u8>().write_bytes(0, length);
+        std::slice::from_raw_parts_mut(buffer.cast::<u8>(), length)
+    };
+    match catch_unwind(AssertUnwindSafe(|| source.read_at(buffer, offset))) {
+        Ok(Ok(filled)) => filled as i64,
+        Ok(Err(error)) => {
+            source.error.get_or_insert(error);
+            -1
+        }
+        Err(panic) => {
+            source.panic.get_or_insert(panic);
+            -1
+        }
+    }
+}
+
+unsafe extern "C" fn size_of_source<R>(_context: sys::exr_const_context_t, user_data: *mut c_void) -> i64 {
+    // SAFETY: as in `read_source`; a field is read.
+    let source = unsafe { &*user_data.cast::<Source<R>>() };
+    i64::try_from(source.length).unwrap_or(i64::MAX)
 }
 
 /// A stream to write to, with what went wrong on it.

@@ -18,7 +18,7 @@ pub enum Error {
         /// What the library said about it.
         message: String,
     },
-    /// The stream could not be written.
+    /// The stream could not be read or written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
     /// A valid file that uses something this crate does not read.

@@ -30,7 +30,7 @@ mod write;
 
 pub use error::Error;
 pub use image::{Attribute, Channel, Compression, Image, ImageRef, Samples, SamplesRef, Window};
-pub use read::{Limits, read, read_header};
+pub use read::{Limits, read, read_header, read_header_from};
 pub use write::write;
 
 /// The four bytes that every OpenEXR file begins with.

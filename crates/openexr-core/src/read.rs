@@ -1,10 +1,11 @@
 //! The reader: single part, flat, no subsampling, lossless compression, scan lines or tiles.
 
 use std::ffi::CStr;
+use std::io::{Read, Seek};
 
 use openexr_core_sys as sys;
 
-use crate::context::Context;
+use crate::context::{Context, Source};
 use crate::error::check;
 use crate::image::{Channel, Image, Samples, Window};
 use crate::{Error, attribute};
@@ -42,9 +43,9 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 32768 pixels a side, 1024 channels, 16 GiB.
+    /// 65536 pixels a side, 1024 channels, 16 GiB.
     fn default() -> Self {
-        Self { max_side: 32_768, max_channels: 1024, max_bytes: 16 << 30 }
+        Self { max_side: 65_536, max_channels: 1024, max_bytes: 16 << 30 }
     }
 }
 
@@ -97,9 +98,33 @@ pub fn read(bytes: &[u8], limits: &Limits) -> Result<Image, Error> {
 /// # Errors
 /// As [`read()`].
 pub fn read_header(bytes: &[u8], limits: &Limits) -> Result<Image, Error> {
-    let context = Context::read(&bytes, limits.max_side)?;
-    let layout = layout(&context, bytes.len() as u64, limits)?;
-    let attributes = attribute::all(&context)?;
+    header(&Context::read(&bytes, limits.max_side)?, bytes.len() as u64, limits)
+}
+
+/// As [`read_header`], of a file, of which no more is read than the header.
+///
+/// # Errors
+/// As [`read()`], and [`Error::Io`] if the file cannot be read.
+///
+/// # Panics
+/// Only if `input` does.
+pub fn read_header_from<R: Read + Seek>(input: R, limits: &Limits) -> Result<Image, Error> {
+    let mut source = Source::new(input).map_err(Error::Io)?;
+    let length = source.length();
+    let found =
+        Context::read_from(&mut source, limits.max_side).and_then(|context| header(&context, length, limits));
+    if let Some(panic) = source.panic {
+        std::panic::resume_unwind(panic);
+    }
+    match source.error {
+        Some(error) => Err(Error::Io(error)),
+        None => found,
+    }
+}
+
+fn header(context: &Context<'_>, file_size: u64, limits: &Limits) -> Result<Image, Error> {
+    let layout = layout(context, file_size, limits)?;
+    let attributes = attribute::all(context)?;
     let empty = |kind| match kind {
         sys::exr_pixel_type_t::EXR_PIXEL_FLOAT => Samples::F32(Vec::new()),
         sys::exr_pixel_type_t::EXR_PIXEL_HALF => Samples::Half(Vec::new()),

@@ -1,9 +1,12 @@
 //! What is written reads back the same, here and in an independent reader.
 
-use std::io::Cursor;
+use std::cell::Cell;
+use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use exr::prelude::*;
-use openexr_core::{Attribute, Channel, Error, Image, Limits, Samples, Window, read, read_header, write};
+use openexr_core::{
+    Attribute, Channel, Error, Image, Limits, Samples, Window, read, read_header, read_header_from, write,
+};
 
 fn bytes_of(image: &openexr_core::Image) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
@@ -210,4 +213,64 @@ fn a_panicking_stream_panics_here_and_not_in_c() {
         }
     }
     assert!(std::panic::catch_unwind(|| write(Panics, &sample(4, 4))).is_err());
+}
+
+/// A file that counts what is read of it, and does as it is told from some byte on.
+struct Watched<'a> {
+    file: Cursor<Vec<u8>>,
+    read: &'a Cell<usize>,
+    at: u64,
+    then: fn() -> std::io::Result<usize>,
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.file.position() >= self.at {
+            return (self.then)();
+        }
+        // Bit by bit, as pipes and networks give it.
+        let part = buffer.len().min(700);
+        let n = self.file.read(&mut buffer[..part])?;
+        self.read.set(self.read.get() + n);
+        Ok(n)
+    }
+}
+
+impl Seek for Watched<'_> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+#[test]
+fn a_header_is_read_without_the_rest() {
+    let image = sample(300, 400);
+    let bytes = bytes_of(&image);
+    let watched = |read, at, then| Watched { file: Cursor::new(bytes.clone()), read, at, then };
+    let limits = Limits::default();
+    let read = Cell::new(0);
+    let found = read_header_from(watched(&read, u64::MAX, || Ok(0)), &limits).expect("a header");
+    assert_eq!(found, read_header(&bytes, &limits).expect("a header"));
+    assert_eq!(found.attributes, image.attributes);
+    assert!(
+        (200..20_000).contains(&read.get()) && bytes.len() > 200_000,
+        "{} of {}",
+        read.get(),
+        bytes.len()
+    );
+    // Files that fail, end or panic on the way.
+    let broken = || Err(std::io::Error::other("the network is gone"));
+    match read_header_from(watched(&read, 50, broken), &limits) {
+        Err(Error::Io(e)) => assert_eq!(e.to_string(), "the network is gone"),
+        other => panic!("{other:?}"),
+    }
+    assert!(matches!(read_header_from(watched(&read, 50, || Ok(0)), &limits), Err(Error::Library { .. })));
+    let panics = std::panic::catch_unwind(|| {
+        let read = Cell::new(0);
+        let file =
+            Watched { file: Cursor::new(bytes.clone()), read: &read, at: 0, then: || panic!("stream") };
+        drop(read_header_from(file, &Limits::default()));
+    });
+    assert_eq!(panics.expect_err("it comes back").downcast_ref::<&str>(), Some(&"stream"));
+    assert!(read_header_from(Cursor::new(&bytes[..0]), &limits).is_err());
 }

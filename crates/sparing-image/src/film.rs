@@ -206,9 +206,15 @@ pub struct Tile {
     pub luminance_squares: Vec<f64>,
     /// Samples that were not finite or negative, and were left out.
     pub invalid: u32,
-    /// Pixel and sample index of the first of them.
-    pub first_invalid: Option<([u32; 2], u32)>,
+    /// The first of them by sample and position, at most [`NAMED`]: whatever the order they came in.
+    pub named_invalid: Vec<InvalidSample>,
 }
+
+/// Sample index, y and x of a sample that was left out.
+pub type InvalidSample = [u32; 3];
+
+/// Invalid samples of a tile that are named.
+pub const NAMED: usize = 16;
 
 impl Tile {
     /// Index into `pixels` of picture position (`x`, `y`).
@@ -251,7 +257,7 @@ impl Tile {
                 shapes: shapes.by_ref().take(TILE as usize).collect(),
                 luminance_squares: squares.by_ref().take(TILE as usize).collect(),
                 invalid: 0,
-                first_invalid: None,
+                named_invalid: Vec::new(),
             })
             .collect()
     }
@@ -264,7 +270,7 @@ impl Tile {
             self.shapes.extend(row.shapes);
             self.luminance_squares.extend(row.luminance_squares);
             self.invalid += row.invalid;
-            self.first_invalid = self.first_invalid.or(row.first_invalid);
+            self.name_invalid(&row.named_invalid);
         }
         // What lies below the crop was dropped: nothing ever was in it.
         self.pixels.resize_with(TILE_PIXELS, Pixel::default);
@@ -282,8 +288,9 @@ impl Tile {
     /// Adds a sample if it is finite and not negative, else counts it. `weight` is the filter's.
     #[inline]
     pub fn add_sample(&mut self, index: usize, sample_index: u32, radiance: Vec3, weight: f32) {
-        if radiance.is_finite() && radiance.min_element() >= 0.0 {
-            let sample = radiance * weight;
+        // The product: a weight above 1 makes the largest numbers infinite.
+        let sample = radiance * weight;
+        if sample.is_finite() && radiance.min_element() >= 0.0 {
             self.pixels[index].add(sample);
             if let Some(sum) = self.luminance_squares.get_mut(index) {
                 *sum += rgb_to_xyz(sample.as_dvec3().to_array())[1].powi(2);
@@ -296,10 +303,20 @@ impl Tile {
     #[cold]
     fn add_invalid(&mut self, index: usize, sample_index: u32) {
         self.invalid += 1;
-        let position = self.position(index).into();
-        self.first_invalid.get_or_insert((position, sample_index));
+        let (x, y) = self.position(index);
+        self.name_invalid(&[[sample_index, y, x]]);
         // A black sample keeps the count, and with it the block structure, as scheduled.
         self.pixels[index].add(Vec3::ZERO);
+    }
+
+    /// Names further invalid samples.
+    pub fn name_invalid(&mut self, samples: &[InvalidSample]) {
+        if samples.is_empty() {
+            return;
+        }
+        self.named_invalid.extend(samples);
+        self.named_invalid.sort_unstable();
+        self.named_invalid.truncate(NAMED);
     }
 }
 
@@ -357,7 +374,7 @@ impl Film {
                     shapes: vec![ShapeSet::default(); if options.shapes { TILE_PIXELS } else { 0 }],
                     luminance_squares: vec![0.0; if options.luminance { TILE_PIXELS } else { 0 }],
                     invalid: 0,
-                    first_invalid: None,
+                    named_invalid: Vec::new(),
                 });
             }
         }
@@ -400,10 +417,9 @@ impl Film {
         self.tiles.iter().map(|t| u64::from(t.invalid)).sum()
     }
 
-    /// Pixel and sample index of the first invalid sample in tile order.
-    #[must_use]
-    pub fn first_invalid(&self) -> Option<([u32; 2], u32)> {
-        self.tiles.iter().find_map(|t| t.first_invalid)
+    /// The invalid samples that are known by name, in tile order: pixel and sample index.
+    pub fn named_invalid(&self) -> impl Iterator<Item = ([u32; 2], u32)> {
+        self.tiles.iter().flat_map(|t| &t.named_invalid).map(|[n, y, x]| ([*x, *y], *n))
     }
 
     /// One value a pixel of the crop, in rows; the function gets the tile and the index within it.
@@ -501,7 +517,8 @@ mod tests {
                 row.add_sample(0, 1, Vec3::splat(f32::NAN), 1.0);
             }
             tile.join_rows(rows);
-            assert_eq!((tile.invalid, tile.first_invalid), (height, Some(([x0, y0], 1))));
+            let named: Vec<InvalidSample> = (y0..y0 + height).map(|y| [1, y, x0]).collect();
+            assert_eq!((tile.invalid, &tile.named_invalid), (height, &named));
             assert_eq!(tile.pixels.len(), before.pixels.len());
             assert_eq!((tile.auxiliary.len(), tile.shapes.len()), (TILE_PIXELS, TILE_PIXELS));
             for i in tile.indices() {
@@ -520,8 +537,19 @@ mod tests {
         t.add_sample(10, 5, Vec3::new(0.0, f32::INFINITY, 0.0), 1.0);
         t.add_sample(10, 6, Vec3::ONE, 1.0);
         assert_eq!(film.invalid_samples(), 3);
-        assert_eq!(film.first_invalid(), Some(([2, 1], 3)));
+        let named: Vec<_> = film.named_invalid().collect();
+        assert_eq!(named, [([2, 1], 3), ([2, 1], 4), ([2, 1], 5)]);
+        film.tiles[0].add_sample(12, 0, Vec3::splat(f32::MAX), 1.5);
+        assert_eq!((film.invalid_samples(), film.beauty()[12]), (4, [0.0; 3]));
         assert_eq!(film.beauty()[10], [0.25; 3]);
+        // More than are named: the first ones, in whatever order they come.
+        let t = &mut film.tiles[0];
+        for n in (0..40).rev() {
+            t.add_sample(11, n, Vec3::NAN, 1.0);
+        }
+        assert_eq!((t.invalid, t.named_invalid.len()), (44, NAMED));
+        assert_eq!(film.named_invalid().next(), Some(([3, 1], 0)));
+        assert_eq!(film.named_invalid().last(), Some(([3, 1], 11)));
     }
 
     #[test]

@@ -53,7 +53,7 @@ pub enum PictureError {
 }
 
 /// Largest width or height accepted.
-pub const MAX_SIDE: u32 = 32_768;
+pub const MAX_SIDE: u32 = 65_536;
 
 impl Picture {
     /// Reads PNG, JPEG, Radiance HDR, OpenEXR, PFM or TGA from a file, chosen by content (TGA by its name).

@@ -58,7 +58,7 @@ pub fn image_of(film: &Film, attributes: Vec<(String, ExrAttribute)>, further: V
         }
     }
     image.channels.extend(further);
-    let texts = [("sparing.raw", "1".to_owned()), (INVALID, invalid(film)), (SHAPES, more_shapes(film))];
+    let texts = [("sparing.raw", "2".to_owned()), (INVALID, invalid(film)), (SHAPES, more_shapes(film))];
     image.attributes.extend(texts.map(|(key, text)| (key.to_owned(), ExrAttribute::String(text))));
     image
 }
@@ -68,7 +68,7 @@ pub fn image_of(film: &Film, attributes: Vec<(String, ExrAttribute)>, further: V
 /// # Errors
 /// What is missing, or cannot be.
 pub fn film_of(image: &Image) -> Result<Film, String> {
-    if text(image, "sparing.raw") != Some("1") {
+    if text(image, "sparing.raw") != Some("2") {
         return Err("it holds no raw film of this version".to_owned());
     }
     let has = |name: &str| image.channel(name).is_some();
@@ -221,12 +221,16 @@ fn fill(film: &mut Film, mut set: impl FnMut(&mut Tile, usize, usize)) {
     }
 }
 
-/// A line for each tile with invalid samples: its number, how many, and x, y and index of the first.
+/// A line for each tile with invalid samples: its number, how many, and index, y and x of those that are named.
 fn invalid(film: &Film) -> String {
     let mut out = String::new();
     for (k, tile) in film.tiles.iter().enumerate() {
-        if let Some(([x, y], n)) = tile.first_invalid {
-            let _ = writeln!(out, "{k} {} {x} {y} {n}", tile.invalid);
+        if tile.invalid > 0 {
+            let _ = write!(out, "{k} {}", tile.invalid);
+            tile.named_invalid.as_flattened().iter().for_each(|v| {
+                let _ = write!(out, " {v}");
+            });
+            out.push('\n');
         }
     }
     out
@@ -236,10 +240,12 @@ fn read_invalid(image: &Image, film: &mut Film) -> Result<(), String> {
     for line in text(image, INVALID).unwrap_or_default().lines() {
         let numbers: Vec<u32> = line.split(' ').filter_map(|v| v.parse().ok()).collect();
         let tile = numbers.first().and_then(|k| film.tiles.get_mut(*k as usize));
-        let (Some(tile), [_, count, x, y, n]) = (tile, &numbers[..]) else {
+        let named = numbers.get(2..).map(<[u32]>::as_chunks::<3>);
+        let (Some(tile), Some((named, []))) = (tile, named) else {
             return Err("its list of invalid samples is damaged".to_owned());
         };
-        (tile.invalid, tile.first_invalid) = (*count, Some(([*x, *y], *n)));
+        tile.invalid = numbers[1];
+        tile.name_invalid(named);
     }
     Ok(())
 }
@@ -324,7 +330,7 @@ mod tests {
             .map(|v| format!("{v:?}"))
             .collect::<Vec<_>>()
         };
-        let invalid = |f: &Film| (f.invalid_samples(), f.first_invalid());
+        let invalid = |f: &Film| (f.invalid_samples(), f.named_invalid().collect::<Vec<_>>());
         everything(a) == everything(b)
             && invalid(a) == invalid(b)
             && a.crop == b.crop
@@ -365,6 +371,10 @@ mod tests {
             c.samples = Samples::U32(vec![u32::MAX; 40 * 31]);
         }
         assert!(film_of(&image).expect_err("NaN").contains("cannot be"));
+        for c in image.channels.iter_mut().filter(|c| c.name == "SampleCount.Y") {
+            c.samples = Samples::U32(vec![MAX_COUNT + 1; 40 * 31]);
+        }
+        assert!(film_of(&image).expect_err("counts").contains("more samples than are possible"));
         image.attributes.clear();
         assert!(film_of(&image).expect_err("a picture").contains("no raw film"));
     }

@@ -171,7 +171,7 @@ fn add_samples(whole: &mut Film, film: Film) -> anyhow::Result<()> {
             *sum += later;
         }
         tile.invalid += later.invalid;
-        tile.first_invalid = tile.first_invalid.or(later.first_invalid);
+        tile.name_invalid(&later.named_invalid);
     }
     Ok(())
 }

@@ -11,7 +11,6 @@ use clap::Args;
 use group::Group;
 use sparing_image::atomic::check_writable;
 use sparing_image::exr::{ExrAttribute, ExrImage, film_layers, write_exr};
-use sparing_image::openexr_core;
 use sparing_image::png::write_png;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -62,16 +61,20 @@ pub(super) fn run(a: &MergeArguments) -> anyhow::Result<ExitCode> {
     // A seed's parts come together; all else must agree.
     let mut groups: BTreeMap<String, Group> = BTreeMap::new();
     let mut first: Option<(PathBuf, Header)> = None;
+    let mut kept = Vec::new();
     for path in &a.shards {
-        let header = checkpoint::read_header(path)?;
-        let (reference, agreed) = first.get_or_insert_with(|| (path.clone(), header.clone()));
+        let (header, attributes) = checkpoint::read_header(path)?;
+        let (reference, agreed) = first.get_or_insert_with(|| {
+            kept = attributes;
+            (path.clone(), header.clone())
+        });
         group::check(&header, path, agreed, reference)?;
         groups.entry(group::seed(&header)).or_default().add(path.clone(), header)?;
     }
     for group in groups.values() {
         group.check_complete()?;
     }
-    let attributes = attributes(&a.shards[0], groups.keys())?;
+    let attributes = attributes(kept, groups.keys());
     let seeds = groups.len();
     let (mut average, mut image) = (None::<Average>, None);
     for group in groups.into_values() {
@@ -115,15 +118,13 @@ fn save(path: &Path, image: &ExrImage, exposure: f32) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Those of a part that its picture has too, and all seeds.
 fn attributes<'a>(
-    path: &Path,
+    of_part: Vec<(String, ExrAttribute)>,
     seeds: impl Iterator<Item = &'a String>,
-) -> anyhow::Result<Vec<(String, ExrAttribute)>> {
-    let header = openexr_core::read_header(&std::fs::read(path)?, &checkpoint::LIMITS);
-    let header = header.map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
-    let mut kept: Vec<_> =
-        header.attributes.into_iter().filter(|(name, _)| KEPT.contains(&name.as_str())).collect();
+) -> Vec<(String, ExrAttribute)> {
+    let mut kept: Vec<_> = of_part.into_iter().filter(|(name, _)| KEPT.contains(&name.as_str())).collect();
     let seeds: Vec<&str> = seeds.map(String::as_str).collect();
     kept.push(("sparing.seed".to_owned(), ExrAttribute::String(seeds.join(", "))));
-    Ok(kept)
+    kept
 }

@@ -214,18 +214,29 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
 
     let finished = !matches!(outcome.stopped_by, StoppedBy::Interrupt | StoppedBy::TimeLimit);
     let mut timer = observer.timer();
-    if let (false, Some(timer)) = (finished, &mut timer) {
+    if let Some(timer) = &mut timer
+        && (!finished || plan.shard.cuts())
+    {
         timer.save(&state);
     }
     plan.shard.cut(&mut state, &mut outcome.decisions);
     let seconds = [load_seconds, build_seconds];
     let run = save::Run { name: &name, plan: &plan, scene: &scene, state: &state, outcome: &outcome };
     let statistics = run.statistics(pool.current_num_threads(), seconds);
-    if arguments.shard.is_none() {
-        run.save(&statistics, arguments)?;
-    } else if finished {
-        run.save_shard(&statistics, arguments, &keeper)?;
+    let saved = match arguments.shard {
+        None => run.save(&statistics, arguments),
+        Some(_) if finished => run.save_shard(&statistics, arguments, &keeper),
+        Some(_) => Ok(()),
+    };
+    if let (Err(_), Some(timer)) = (&saved, &mut timer) {
+        if finished && !plan.shard.cuts() {
+            timer.save(&state);
+        }
+        if timer.succeeded() {
+            note(format_args!("the render is in {}: --resume goes on from it", timer.path().display()));
+        }
     }
+    saved?;
     keeper.end(finished, timer)?;
     observer.finish(outcome.stopped_by);
     run.report(&statistics, arguments);

@@ -20,6 +20,9 @@ use sparing_scene::description::SamplerKind;
 use std::io::Write;
 use std::path::Path;
 
+/// Invalid samples that the statistics name.
+const MOST_NAMED: usize = 64;
+
 /// A render, afterwards.
 pub(super) struct Run<'a> {
     pub(super) name: &'a str,
@@ -56,7 +59,7 @@ impl Run<'_> {
             rays_per_second: (rays.camera + rays.bounce + rays.shadow) as f64 / outcome.seconds.max(1e-9),
             layers: outcome.layers.clone(),
             invalid_samples: film.invalid_samples(),
-            first_invalid: film.first_invalid().map(|([x, y], n)| [x, y, n]),
+            invalid: film.named_invalid().map(|([x, y], n)| [x, y, n]).take(MOST_NAMED).collect(),
             exposure: outcome.exposure,
             threshold: self.state.lambda.filter(|l| l.is_finite()),
             predicted_error: outcome.predicted_error,
@@ -118,7 +121,8 @@ impl Run<'_> {
         let (plan, film) = (self.plan, &self.state.film);
         if s.invalid_samples > 0 {
             let place = s
-                .first_invalid
+                .invalid
+                .first()
                 .map_or(String::new(), |[x, y, n]| format!("; the first: --pixel {x},{y} --sample {n}"));
             note(format_args!(
                 "warning: {} samples were not finite or negative and count as black{place}",

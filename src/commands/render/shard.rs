@@ -104,9 +104,14 @@ impl Shard {
         if let Part::Samples { to, .. } = self.part { to } else { max_spp }
     }
 
+    /// Whether [`Shard::cut`] drops anything.
+    pub(super) fn cuts(&self) -> bool {
+        self.own != self.rendered
+    }
+
     /// Drops what is not this shard's. The state's film and the decision values stay as long as the part's rows.
     pub(super) fn cut(&self, state: &mut State, decisions: &mut Vec<f32>) {
-        if self.own == self.rendered {
+        if !self.cuts() {
             return;
         }
         let width = state.film.width() as usize;

@@ -5,6 +5,8 @@ use sparing_image::color::{
     auto_exposure, ciede2000, fast, lab_to_xyz, rgb_to_lab, srgb_decode, srgb_encode, xyz_to_lab,
 };
 use sparing_image::metrics::{Exposure, compare};
+use sparing_image::picture::{Picture, Pixels};
+use sparing_image::png::write_png;
 
 const AREA: &str = "Colour and figures of error";
 
@@ -56,6 +58,30 @@ pub(super) const CASES: &[Case] = &[
         unit: "largest error",
         bound: 1e-6,
         measure: |_| Ok(srgb()),
+    },
+    Case {
+        area: AREA,
+        name: "flip-reference",
+        does: "FLIP of gradients with noise, edges, blocks and points against flip-evaluator 1.7, the program of its authors: means and single pixels.",
+        unit: "largest difference",
+        bound: 1e-4,
+        measure: |_| super::reference::flip(),
+    },
+    Case {
+        area: AREA,
+        name: "relmse-exact",
+        does: "relMSE of the same pictures against exact fractions.",
+        unit: "largest relative difference",
+        bound: 1e-12,
+        measure: |_| super::reference::rel_mse(),
+    },
+    Case {
+        area: AREA,
+        name: "tone-mapping",
+        does: "8-bit pictures of 0, negative, NaN, infinite, least and largest values at exposures of -40 to 40 stops: bytes other than those of the curve.",
+        unit: "bytes",
+        bound: 0.0,
+        measure: |_| tone_mapping(),
     },
     Case {
         area: AREA,
@@ -192,6 +218,35 @@ fn exposure() -> anyhow::Result<f64> {
         }
     }
     Ok(worst)
+}
+
+fn tone_mapping() -> anyhow::Result<f64> {
+    let folder = std::env::temp_dir().join(format!("sparing-tone-mapping-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    let file = folder.join("a.png");
+    let wrong = tone_mapped(&file);
+    std::fs::remove_dir_all(&folder)?;
+    wrong
+}
+
+fn tone_mapped(file: &std::path::Path) -> anyhow::Result<f64> {
+    let values = [0.0, -0.0, 1e-45, 1e-38, 1e-12, 1e-6, 0.002, 0.18, 0.5, 1.0, 3.0, 1e6, 1e12, f32::MAX];
+    let bad = [f32::NAN, f32::NEG_INFINITY, f32::INFINITY, -1e-45, -1.0, f32::MIN];
+    let pixels: Vec<[f32; 3]> = values.iter().chain(&bad).map(|v| [*v; 3]).collect();
+    let mut wrong = 0;
+    for stops in -40_i32..=40 {
+        write_png(file, pixels.len() as u32, 1, &pixels, stops as f32)?;
+        let Pixels::Rgba8 { data, .. } = Picture::read(file)?.pixels else {
+            anyhow::bail!("a picture of bytes was written")
+        };
+        for ([value, ..], [byte, g, b, _]) in pixels.iter().zip(data) {
+            // A product of a power of two is exact in f64, and NaN and negative values are black.
+            let shown = (f64::from(*value) * 2_f64.powi(stops)).clamp(0.0, 1.0);
+            let want = if value.is_nan() { 0.0 } else { (255.0 * srgb_encode(shown)).round() };
+            wrong += u32::from(f64::from(byte) != want || g != byte || b != byte);
+        }
+    }
+    Ok(f64::from(wrong))
 }
 
 fn hostile() -> anyhow::Result<f64> {

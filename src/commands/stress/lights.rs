@@ -1,13 +1,14 @@
 //! Lights and pictures.
 
 use super::case::{Case, Effort, Random};
-use super::scenes::{Picture, SIDE, WHITE, render};
+use super::scenes::{Picture, SIDE, WHITE, picture, render};
 use anyhow::anyhow;
 use glam::{Mat3, Vec3};
-use sparing_image::film::{Film, FilmOptions};
-use sparing_render::integrator::Wave;
-use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
-use sparing_scene::description::{EnvironmentImage, Image, ImageId, ImageSource, Light, TextureEncoding};
+use sparing_render::RenderSettings;
+use sparing_render::integrator::Estimator;
+use sparing_scene::description::{
+    EnvironmentImage, Image, ImageId, ImageSource, Light, Texture, TextureEncoding, UvMapping, Wrap,
+};
 use sparing_scene::{LoadOptions, load_pbrt_text};
 use std::path::Path;
 
@@ -92,6 +93,22 @@ pub(super) const CASES: &[Case] = &[
             Ok(worst)
         },
     },
+    Case {
+        area: AREA,
+        name: "large-texture",
+        does: "A texture of 16,384 on a side (quick 2,048), of which its corners, its middle and its edges are seen texel by texel. Takes 2.4 GB.",
+        unit: "largest error (a texel's step is 1/255)",
+        bound: 8e-3,
+        measure: |e| large_texture(e.of(2_048, 16_384), e.of(16, 64)),
+    },
+    Case {
+        area: AREA,
+        name: "texture-of-one-texel",
+        does: "A texture of one texel at coordinates of 0, 0.5, 1, -1e6 and 1e30, repeated, clamped and mirrored: everywhere its value.",
+        unit: "largest error",
+        bound: 2e-3,
+        measure: |e| one_texel(e.of(16, 64)),
+    },
 ];
 
 const SQUARE: &str = "Material \"diffuse\" \"rgb reflectance\" [1 1 1] Shape \"bilinearmesh\" \"point3 P\" [-9 -9 0 9 -9 0 -9 9 0 9 9 0]\n";
@@ -136,11 +153,7 @@ fn surroundings(texel: impl Fn(usize, usize) -> f32, spp: u32) -> anyhow::Result
         image,
         light_to_world: Mat3::IDENTITY,
     });
-    let scene = Scene::build(description, BuildOptions { threads: 0, robust: true })?;
-    let mut film = Film::new([SIDE; 2], [0, 0, SIDE, SIDE], FilmOptions::default());
-    let settings = RenderSettings { max_depth: 8, ..RenderSettings::default() };
-    Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &Wave::default(), |_, _| spp);
-    Ok(Picture { pixels: film.beauty(), invalid: film.invalid_samples() })
+    picture(description, spp, RenderSettings { max_depth: 8, ..RenderSettings::default() }, true)
 }
 
 /// The latitude-longitude picture has its pole along z of its own space, which is the world's. The square's normal towards the
@@ -157,6 +170,71 @@ fn bright_texel(effort: Effort) -> anyhow::Result<f64> {
         let width = std::f64::consts::TAU / MAP[0] as f64;
         let irradiance = -1e8 * width * 0.5 * (2.0 * middle).sin() * d * (d.sin() / d).powi(2);
         worst = worst.max((p.mean() / (irradiance / std::f64::consts::PI) - 1.0).abs() + p.bad());
+    }
+    Ok(worst)
+}
+
+/// A texture in memory, as an uncompressed file of one channel of 8 bits.
+fn texture(side: u16, texel: impl Fn(u32, u32) -> u8) -> Image {
+    let mut bytes = vec![0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    bytes.extend(side.to_le_bytes());
+    bytes.extend(side.to_le_bytes());
+    bytes.extend([8, 0x20]); // bits of a texel; the first row is the top
+    let side = u32::from(side);
+    bytes.extend((0..side).flat_map(|y| (0..side).map(move |x| (x, y))).map(|(x, y)| texel(x, y)));
+    let source = ImageSource::Bytes { name: "texture.tga".to_owned(), bytes: bytes.into() };
+    Image { source, encoding: TextureEncoding::Linear }
+}
+
+/// The square of a texture in white light, seen where texture coordinates are from `from` to `to`.
+fn textured(image: &Image, wrap: Wrap, [from, to]: [[f64; 2]; 2], spp: u32) -> anyhow::Result<Picture> {
+    let ([u0, v0], [u1, v1]) = (from, to);
+    let world = format!(
+        "{WHITE}Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"trianglemesh\" \"point3 P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"point2 uv\" [{u0} {v0} {u1} {v0} {u1} {v1} {u0} {v1}] \"integer indices\" [0 2 1 0 3 2]"
+    );
+    let text = format!(
+        "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"orthographic\"\nFilm \"rgb\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}\nPixelFilter \"box\" \"float xradius\" 1e-3 \"float yradius\" 1e-3\nWorldBegin\n{world}\n"
+    );
+    let mut description = load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default())
+        .map_err(|e| anyhow!("{}", e.report()))?;
+    description.images.push(image.clone());
+    let image = ImageId(description.images.len() as u32 - 1);
+    let (mapping, wrap) = (UvMapping::default(), [wrap; 2]);
+    description.textures.fill(Texture::Image { image, mapping, wrap, scale: 1.0, invert: false });
+    // In even light, chance by the cosine leaves no noise.
+    let settings = RenderSettings { estimator: Estimator::BsdfOnly, ..RenderSettings::default() };
+    picture(description, spp, settings, true)
+}
+
+fn large_texture(side: u16, spp: u32) -> anyhow::Result<f64> {
+    let texel = |x: u32, y: u32| (x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b)).to_be_bytes()[0];
+    let image = texture(side, texel);
+    let last = u32::from(side) - SIDE;
+    let mut worst: f64 = 0.0;
+    for [x0, y0] in [[0, 0], [last, 0], [0, last], [last, last], [last / 2, last / 2], [last / 3, last]] {
+        // Row 0 is the top of the picture and of the texture, where v is 1.
+        let at = |n: u32| f64::from(n) / f64::from(side);
+        let part = [[at(x0), 1.0 - at(y0 + SIDE)], [at(x0 + SIDE), 1.0 - at(y0)]];
+        let p = textured(&image, Wrap::Clamp, part, spp)?;
+        for (i, pixel) in p.pixels.iter().enumerate() {
+            let (x, y) = (i as u32 % SIDE, i as u32 / SIDE);
+            let want = f32::from(texel(x0 + x, y0 + y)) / 255.0;
+            worst = worst.max(f64::from((pixel[0] - want).abs()));
+        }
+        worst += p.bad();
+    }
+    Ok(worst)
+}
+
+fn one_texel(spp: u32) -> anyhow::Result<f64> {
+    let image = texture(1, |_, _| 102);
+    let mut worst: f64 = 0.0;
+    for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+        for part in [[[0.0; 2], [1.0; 2]], [[0.5; 2], [0.5; 2]], [[-1e6, 1e6], [1e30, -1e30]]] {
+            let p = textured(&image, wrap, part, spp)?;
+            let error = |v: &f32| f64::from((v - 0.4).abs());
+            worst = p.pixels.iter().flatten().map(error).fold(worst, f64::max) + p.bad();
+        }
     }
     Ok(worst)
 }

@@ -4,6 +4,7 @@ mod case;
 mod colour;
 mod geometry;
 mod lights;
+mod reference;
 mod report;
 mod sampling;
 mod scenes;

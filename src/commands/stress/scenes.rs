@@ -4,7 +4,7 @@ use anyhow::anyhow;
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;
 use sparing_render::{BuildOptions, RenderSettings, Renderer, Scene};
-use sparing_scene::{LoadOptions, load_pbrt_text};
+use sparing_scene::{LoadOptions, SceneDescription, load_pbrt_text};
 use std::path::Path;
 
 /// Side of the pictures, pixels.
@@ -56,13 +56,27 @@ pub(super) fn render(world: &str, spp: u32) -> anyhow::Result<Picture> {
 
 /// Renders with a camera of one's own and so many bounces.
 pub(super) fn with(camera: &str, world: &str, spp: u32, depth: u32, robust: bool) -> anyhow::Result<Picture> {
+    let settings = RenderSettings { max_depth: depth, ..RenderSettings::default() };
+    picture(described(camera, world)?, spp, settings, robust)
+}
+
+/// The description of a world.
+pub(super) fn described(camera: &str, world: &str) -> anyhow::Result<SceneDescription> {
     let text = format!(
         "{camera}\nFilm \"rgb\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}\nPixelFilter \"box\"\nWorldBegin\n{world}\n"
     );
-    let description = load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default())
-        .map_err(|e| anyhow!("{}", e.report()))?;
+    load_pbrt_text(text.as_bytes(), Path::new("."), &LoadOptions::default())
+        .map_err(|e| anyhow!("{}", e.report()))
+}
+
+/// Renders a description of the size of the other pictures.
+pub(super) fn picture(
+    description: SceneDescription,
+    spp: u32,
+    settings: RenderSettings,
+    robust: bool,
+) -> anyhow::Result<Picture> {
     let scene = Scene::build(description, BuildOptions { threads: 0, robust })?;
-    let settings = RenderSettings { max_depth: depth, ..RenderSettings::default() };
     let mut film = Film::new([SIDE; 2], [0, 0, SIDE, SIDE], FilmOptions::default());
     Renderer::new(&scene, settings, FilmOptions::default()).run(&mut film, &Wave::default(), |_, _| spp);
     Ok(Picture { pixels: film.beauty(), invalid: film.invalid_samples() })

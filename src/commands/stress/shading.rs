@@ -1,7 +1,9 @@
 //! Materials at their ends.
 
 use super::case::{Case, Effort};
-use super::scenes::{WHITE, render, with};
+use super::scenes::{WHITE, described, picture, render, with};
+use sparing_render::RenderSettings;
+use sparing_scene::description::{Texture, TextureId};
 
 const AREA: &str = "Shading";
 
@@ -87,6 +89,14 @@ pub(super) const CASES: &[Case] = &[
         unit: "excess of the mean",
         bound: 2e-3,
         measure: inward,
+    },
+    Case {
+        area: AREA,
+        name: "inward-normal-maps",
+        does: "Sheets and balls whose normal maps point inwards, sideways, nowhere, or far out of range: samples that are not finite, or light that is made.",
+        unit: "excess of the mean",
+        bound: 2e-3,
+        measure: inward_maps,
     },
 ];
 
@@ -221,6 +231,42 @@ fn inward(effort: Effort) -> anyhow::Result<f64> {
             );
             let p = render(&world, effort.of(64, 1024))?;
             worst = worst.max(p.excess());
+        }
+    }
+    Ok(worst)
+}
+
+/// Normal maps hold (n + 1) / 2.
+const MAPS: [[f32; 3]; 10] = [
+    [0.5, 0.5, 0.0],
+    [1.0, 0.5, 0.0],
+    [1.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+    [0.5, 0.5, 0.5],
+    [0.0, 0.0, 0.0],
+    [1e30, -1e30, 1e30],
+    [0.5, 0.5, 0.500_001],
+    // Outwards, but longer than 1.
+    [0.5, 0.5, 2.0],
+    [0.9, 0.5, 1.5],
+];
+
+fn inward_maps(effort: Effort) -> anyhow::Result<f64> {
+    let camera = "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 40";
+    let sheet =
+        "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"integer indices\" [0 2 1 0 3 2]";
+    let mut worst: f64 = 0.0;
+    for map in MAPS {
+        for (material, name) in materials() {
+            // As above: an open sheet of glass has the brighter inside of glass behind it.
+            let shape = if name == "dielectric" { "Shape \"sphere\"" } else { sheet };
+            let world = format!("{WHITE}{} {shape}", material(1.0, 0.2));
+            let mut description = described(camera, &world)?;
+            description.textures.push(Texture::Constant(map.into()));
+            let map = Some(TextureId(description.textures.len() as u32 - 1));
+            description.materials.iter_mut().for_each(|m| m.normal_map = map);
+            let settings = RenderSettings { max_depth: 16, ..RenderSettings::default() };
+            worst = worst.max(picture(description, effort.of(32, 512), settings, true)?.excess());
         }
     }
     Ok(worst)

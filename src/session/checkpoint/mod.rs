@@ -19,6 +19,7 @@ use sparing_adaptive::state::State;
 use sparing_image::exr::{ExrAttribute, write_image};
 use sparing_image::openexr_core::{self, Channel, Compression, Image, ImageRef, Limits, Samples};
 use sparing_image::raw;
+use std::fs::File;
 use std::path::Path;
 
 /// What is read at most.
@@ -115,14 +116,16 @@ pub fn read(path: &Path) -> anyhow::Result<Checkpoint> {
     parse(&image).with_context(|| format!("{} is no checkpoint or shard that can be used", path.display()))
 }
 
-/// Reads what a file is of, without its pixels.
+/// Reads what a file is of, and its attributes, without its pixels.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_header(path: &Path) -> anyhow::Result<Header> {
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let image = openexr_core::read_header(&bytes, &LIMITS).map_err(|e| anyhow!("{}: {e}", path.display()))?;
-    header(&image).with_context(|| format!("{} is no checkpoint or shard that can be used", path.display()))
+pub fn read_header(path: &Path) -> anyhow::Result<(Header, Vec<(String, ExrAttribute)>)> {
+    let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let image =
+        openexr_core::read_header_from(file, &LIMITS).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+    let unusable = || format!("{} is no checkpoint or shard that can be used", path.display());
+    Ok((header(&image).with_context(unusable)?, image.attributes))
 }
 
 fn header(image: &Image) -> anyhow::Result<Header> {

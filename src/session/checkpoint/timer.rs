@@ -4,7 +4,7 @@ use super::{Header, Identity, Part, write};
 use crate::session::console::note;
 use sparing_adaptive::state::State;
 use sparing_image::exr::ExrAttribute;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Share of the time that checkpoints at the ends of layers may take.
@@ -36,6 +36,12 @@ impl Timer {
     ) -> Self {
         let cost = Duration::ZERO;
         Self { path, identity, part, most, interval, last: Instant::now(), cost, failed: false }
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// When the next one is due.

@@ -5,6 +5,7 @@
 //! one, since packets do not help them. The code is compiled for a few combinations of
 //! [`Needs`](crate::Needs), chosen once per scene.
 
+pub mod inspect;
 mod packet;
 mod render;
 pub mod replay;

@@ -1,5 +1,6 @@
 //! Paths of up to sixteen samples of one pixel, traced together.
 
+use super::inspect::{PathVertex, VertexHit, Witness};
 use super::replay::Query;
 use super::shading::{Vertex, survival};
 use super::{Estimator, RenderSettings};
@@ -46,6 +47,8 @@ pub(super) struct Packet<'a> {
     pub settings: &'a RenderSettings,
     /// Where queries go when they are recorded.
     pub recorder: Option<&'a RefCell<Vec<Query>>>,
+    /// Where paths go when they are looked into.
+    pub witness: Option<&'a RefCell<Vec<Witness>>>,
 }
 
 impl Packet<'_> {
@@ -53,6 +56,13 @@ impl Packet<'_> {
     fn record(&self, query: impl FnOnce() -> Query) {
         if let Some(recorder) = self.recorder {
             recorder.borrow_mut().push(query());
+        }
+    }
+
+    #[inline(always)]
+    fn see(&self, what: impl FnOnce() -> Witness) {
+        if let Some(witness) = self.witness {
+            witness.borrow_mut().push(what());
         }
     }
 }
@@ -202,6 +212,7 @@ fn trace_packet<const NEEDS: u32>(
                     let weight = hit_weight::<NEEDS>(settings, path.pdf, || pdf);
                     path.radiance += path.throughput * radiance * weight;
                 }
+                packet.see(|| vertex_seen(lane, depth, &hits.ray, path, None));
                 continue;
             };
             let t = hits.ray.tfar[lane];
@@ -217,6 +228,12 @@ fn trace_packet<const NEEDS: u32>(
                     path.radiance += path.throughput * le * weight;
                 }
             }
+            packet.see(|| {
+                let material = scene.shapes[hit.shape as usize].material;
+                let (p, ng, ns) = (surface.p, surface.ng, surface.ns);
+                let met = VertexHit { surface: hit, material, t, p, ng, ns };
+                vertex_seen(lane, depth, &hits.ray, path, Some(met))
+            });
             points[lane] = surface;
             shapes[lane] = hit.shape;
         }
@@ -313,7 +330,9 @@ fn trace_packet<const NEEDS: u32>(
         }
     }
     for (lane, path) in paths.iter().enumerate().take(n) {
-        tile.add_sample(index, first + lane as u32, path.radiance * scene.film_scale, path.filter_weight);
+        let radiance = path.radiance * scene.film_scale;
+        packet.see(|| Witness::Sample(lane, radiance, path.filter_weight));
+        tile.add_sample(index, first + lane as u32, radiance, path.filter_weight);
     }
     statistics
 }
@@ -329,6 +348,14 @@ fn shadow_ray(point: &SurfacePoint, wi: Vec3, distance: f32) -> Ray {
     let to_light = point.p + wi * distance - origin;
     let end = (0.9999 - point.offset / distance).max(0.0);
     Ray::segment(origin.to_array(), to_light.to_array(), 0.0, end)
+}
+
+#[cold]
+fn vertex_seen(lane: usize, depth: u32, rays: &Ray16, path: &Path, hit: Option<VertexHit>) -> Witness {
+    let ray = rays.get(lane);
+    let (origin, direction) = (ray.org.into(), ray.dir.into());
+    let Path { throughput, pdf, radiance, .. } = *path;
+    Witness::Vertex(PathVertex { lane, depth, origin, direction, hit, throughput, pdf, radiance })
 }
 
 #[inline]

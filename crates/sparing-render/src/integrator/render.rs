@@ -126,7 +126,7 @@ impl<'a> Renderer<'a> {
     /// Takes samples `from..to` of one pixel. Packets start at multiples of [`PACKET`] (and at 8), so the same
     /// samples travel together whatever the waves.
     pub fn sample_pixel(&self, tile: &mut Tile, index: usize, from: u32, to: u32) -> TraceStatistics {
-        let packet = Packet { scene: self.scene, settings: &self.settings, recorder: None };
+        let packet = Packet { scene: self.scene, settings: &self.settings, recorder: None, witness: None };
         let mut statistics = TraceStatistics::default();
         self.packets(from, to, |first, n| statistics += (self.trace)(&packet, tile, index, first, n));
         statistics

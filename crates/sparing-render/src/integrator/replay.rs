@@ -32,7 +32,12 @@ impl Renderer<'_> {
         let mut recording = Recording::default();
         for tile in &mut film.tiles {
             let queries = RefCell::new(Vec::new());
-            let packet = Packet { scene: self.scene(), settings: self.settings(), recorder: Some(&queries) };
+            let packet = Packet {
+                scene: self.scene(),
+                settings: self.settings(),
+                recorder: Some(&queries),
+                witness: None,
+            };
             for y in 0..tile.height {
                 for x in 0..tile.width {
                     self.packets(0, spp, |first, n| {

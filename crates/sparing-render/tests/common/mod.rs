@@ -94,7 +94,7 @@ pub fn render_with(
     let mut film = Film::new(size, crop, options);
     let wave = Wave::default();
     Renderer::new(&scene, settings, options).run(&mut film, &wave, |_, _| spp);
-    assert_eq!(film.invalid_samples(), 0, "first at {:?}", film.first_invalid());
+    assert_eq!(film.invalid_samples(), 0, "first at {:?}", film.named_invalid().next());
     film
 }
 
