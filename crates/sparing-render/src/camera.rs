@@ -2,13 +2,16 @@
 //! conventions of "Physically Based Rendering", 4th ed., chapter 5).
 
 use crate::sampling::concentric_disk;
-use glam::{Mat4, Vec3};
+use crate::scene::Way;
+use glam::{Affine3A, Mat4, Vec3};
 use sparing_scene::description::{self as d, Projection};
 
 /// A camera for a picture of a given size.
 #[derive(Clone, Debug)]
 pub struct Camera {
     camera_to_world: Mat4,
+    /// Its way while the shutter is open, if it moves.
+    way: Option<Way>,
     /// Image plane at z = 1 (perspective) or z = 0 (orthographic): position of raster (0, 0) and step a pixel.
     plane_origin: [f32; 2],
     plane_step: [f32; 2],
@@ -42,8 +45,17 @@ impl Camera {
             Projection::Perspective { fov } => (true, (fov.to_radians() * 0.5).tan()),
             Projection::Orthographic => (false, 1.0),
         };
+        let mut camera_to_world = camera.camera_to_world;
+        let motion = camera
+            .end
+            .and_then(|end| d::Motion::new(Affine3A::from_mat4(camera_to_world), Affine3A::from_mat4(end)));
+        let steps = motion.map(|motion| motion.steps(camera.shutter));
+        if let Some(first) = steps.as_ref().and_then(|steps| steps.first()) {
+            camera_to_world = Mat4::from(*first);
+        }
         Self {
-            camera_to_world: camera.camera_to_world,
+            camera_to_world,
+            way: steps.and_then(Way::new),
             plane_origin: [x0 * scale, y1 * scale],
             plane_step: [(x1 - x0) * scale / width as f32, (y0 - y1) * scale / height as f32],
             perspective,
@@ -56,6 +68,19 @@ impl Camera {
     #[must_use]
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
+    }
+
+    /// Whether rays need a time.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.way.is_some()
+    }
+
+    /// The camera when a ray at a time in 0..=1 of the shutter starts.
+    #[must_use]
+    pub fn at(&self, time: f32) -> Self {
+        let camera_to_world = self.way.as_ref().map_or(self.camera_to_world, |way| Mat4::from(way.at(time)));
+        Self { camera_to_world, way: None, ..*self }
     }
 
     /// The ray through raster position (`x`, `y`), pixels from the upper left corner of the picture; `lens`

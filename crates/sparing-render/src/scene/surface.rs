@@ -5,12 +5,12 @@
 //! further rays are moved off the surface by [`OFFSET_ULPS`] ulp of the largest coordinate involved, so
 //! offsets scale with the scene (compare "Physically Based Rendering", 4th ed., section 6.8).
 
-use super::{InstanceRecord, Scene};
+use super::{Placement, Scene};
 use crate::counters::{Counter, count};
 use crate::needs::Needs;
 use crate::texture::TexturePoint;
 use embree4::SharedBuffer;
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
@@ -86,6 +86,8 @@ pub enum FaceLights {
     /// The shape does not emit.
     #[default]
     None,
+    /// The shape emits, but moves: [`FaceLights::BY_CHANCE`].
+    ByChance,
     /// Light of each face; [`FaceLights::DARK`] for a face without area.
     PerFace(Vec<u32>),
     /// Lights of the two halves of each quad: Embree's triangles (0,1,3) and (2,3,1).
@@ -95,6 +97,8 @@ pub enum FaceLights {
 impl FaceLights {
     /// No light: a face without area.
     pub const DARK: u32 = u32::MAX;
+    /// Emits, but is not in the table of lights: only rays that hit it by chance find it.
+    pub const BY_CHANCE: u32 = u32::MAX - 1;
 
     /// Light at a hit.
     #[inline]
@@ -102,6 +106,7 @@ impl FaceLights {
     pub fn get(&self, hit: &SurfaceHit) -> Option<u32> {
         let light = match self {
             Self::None => None,
+            Self::ByChance => Some(Self::BY_CHANCE),
             Self::PerFace(lights) => lights.get(hit.face as usize).copied(),
             Self::PerHalf(lights) => {
                 lights.get(hit.face as usize).map(|l| l[usize::from(hit.u + hit.v > 1.0)])
@@ -191,7 +196,8 @@ pub fn disk_uv(x: f32, y: f32) -> [f32; 2] {
 }
 
 impl Scene {
-    /// The point of a hit. `origin`, `direction` and `t` are the ray's; only round shapes use them.
+    /// The point of a hit. `origin`, `direction` and `t` are the ray's; only round shapes use them. `time` is the ray's, too;
+    /// only what moves uses it.
     #[inline]
     #[must_use]
     pub fn surface_point<const NEEDS: u32>(
@@ -200,9 +206,19 @@ impl Scene {
         origin: Vec3,
         direction: Vec3,
         t: f32,
+        time: f32,
     ) -> SurfacePoint {
         let shape = &self.shapes[hit.shape as usize];
-        let instance = hit.instance.map(|i| &self.instances[i as usize]);
+        let record = hit.instance.map(|i| &self.instances[i as usize]);
+        let mut instance = record.map(|record| &record.place);
+        let moved;
+        if Needs::from_bits_retain(NEEDS).contains(Needs::MOTION)
+            && let Some(way) = record.and_then(|record| record.way.as_ref())
+        {
+            count(Counter::Motion);
+            moved = Placement::new(way.at(time));
+            instance = Some(&moved);
+        }
         let mut s = match &shape.geometry {
             ShapeGeometry::Triangles(mesh) => {
                 let [a, b, c] = mesh.indices[hit.face as usize];
@@ -253,7 +269,7 @@ where
         default_uvs: [[f32; 2]; 3],
         u: f32,
         v: f32,
-        instance: Option<&InstanceRecord>,
+        instance: Option<&Placement>,
     ) -> SurfacePoint {
         let needs = Needs::from_bits_retain(NEEDS);
         let mut p = corners.map(|i| Vec3::from(self.positions[i as usize]));
@@ -329,7 +345,7 @@ fn round_point(
     origin: Vec3,
     direction: Vec3,
     t: f32,
-    instance: Option<&InstanceRecord>,
+    instance: Option<&Placement>,
     point: impl Fn(Vec3) -> SurfacePoint,
 ) -> SurfacePoint {
     let p = origin + direction * t;
@@ -375,28 +391,5 @@ fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -
         dpdv,
         offset,
         color: Vec3::ONE,
-    }
-}
-
-impl InstanceRecord {
-    /// A placement of an object whose shapes start at `first_shape`.
-    #[must_use]
-    pub(super) fn new(object_to_world: Affine3A, first_shape: u32, first_id: u32) -> Self {
-        let m = object_to_world.matrix3;
-        let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-        // Cofactors: right up to a factor even where the inverse overflows or does not exist.
-        let normal_to_world =
-            Mat3A::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
-                * handedness;
-        Self {
-            object_to_world,
-            world_to_object: object_to_world.inverse(),
-            normal_to_world,
-            handedness,
-            magnitude: Vec3::from(object_to_world.translation).abs().max_element(),
-            first_shape,
-            first_id,
-            lights: Vec::new(),
-        }
     }
 }

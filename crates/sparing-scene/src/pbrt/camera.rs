@@ -18,9 +18,14 @@ impl Builder<'_> {
             let error = SceneError::new(ErrorKind::Value, "the camera's transformation cannot be inverted");
             return Err(error.at(at));
         };
-        self.coordinate_systems.insert("camera".to_owned(), camera_to_world);
+        let Some(end) = invert(self.state.ctm_end) else {
+            let error = SceneError::new(ErrorKind::Value, "the camera's transformation cannot be inverted");
+            return Err(error.at(at));
+        };
+        self.coordinate_systems.insert("camera".to_owned(), [camera_to_world, end]);
         let camera = &mut self.scene.camera;
         camera.camera_to_world = camera_to_world.as_mat4();
+        camera.end = self.state.end().map(|_| end.as_mat4());
         camera.projection = match ty {
             "perspective" => {
                 let inside = |fov: f32| fov > 0.0 && fov < 180.0;
@@ -57,7 +62,17 @@ impl Builder<'_> {
             let (x, y) = if aspect > 1.0 { (aspect, 1.0) } else { (1.0, 1.0 / aspect) };
             camera.screen_window.get_or_insert([-x, x, -y, y]);
         }
-        params.ignore(&["shutteropen", "shutterclose", "hither", "yon"]);
+        let [open, close] = [("shutteropen", 0.0), ("shutterclose", 1.0)].map(|(name, default)| {
+            let value = params.float(name);
+            value.map(|value| value.unwrap_or(default))
+        });
+        let (mut open, mut close) = (open?, close?);
+        if open > close {
+            self.warnings.at(at, "the shutter closes before it opens: the two times are exchanged");
+            (open, close) = (close, open);
+        }
+        camera.shutter = [open, close];
+        params.ignore(&["hither", "yon"]);
         params.warn_unused("the camera", &mut self.warnings);
         self.has_camera = true;
         Ok(())
