@@ -49,6 +49,8 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
         let (projection, fov) = match camera.projection {
             Projection::Perspective { fov } => ("perspective", Some(fov)),
             Projection::Orthographic => ("orthographic", None),
+            Projection::EqualArea => ("equal-area", None),
+            Projection::Equirectangular => ("equirectangular", None),
         };
         let value = serde_json::json!({
             "scene": path.display().to_string(),
@@ -78,6 +80,8 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
     let view = match camera.projection {
         Projection::Perspective { fov } => format!("perspective, {fov:.1} degrees"),
         Projection::Orthographic => "orthographic".to_owned(),
+        Projection::EqualArea => "spherical, equal-area".to_owned(),
+        Projection::Equirectangular => "spherical, latitude-longitude".to_owned(),
     };
     let mut lines = vec![
         format!("scene      {}", path.display()),

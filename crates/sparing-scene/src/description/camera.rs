@@ -12,7 +12,7 @@ pub struct Camera {
     /// When the shutter opens and closes; everything that moves starts at 0 and ends at 1, and stands still before and
     /// after.
     pub shutter: [f32; 2],
-    /// Perspective or orthographic.
+    /// How rays leave it.
     pub projection: Projection,
     /// Visible part of the image plane: x0, x1, y0, y1. `None`: the shorter axis spans -1..1.
     pub screen_window: Option<[f32; 4]>,
@@ -32,6 +32,11 @@ pub enum Projection {
     },
     /// Parallel rays.
     Orthographic,
+    /// All directions, as an equal-area octahedral map of the sphere (P. Clarberg, "Fast Equal-Area Mapping of the
+    /// (Hemi)Sphere using SIMD", 2008), y up.
+    EqualArea,
+    /// All directions, longitude by latitude, y up.
+    Equirectangular,
 }
 
 /// A camera at rest prints without its motion: what is derived from that text stays as it is for still scenes.

@@ -37,19 +37,42 @@ impl Builder<'_> {
                 }
             }
             "orthographic" => Projection::Orthographic,
-            "realistic" | "spherical" | "environment" => {
-                let error =
-                    SceneError::new(ErrorKind::Unsupported, format!("{ty} cameras are not supported yet"));
-                return Err(error.at(at).help("supported are perspective and orthographic"));
+            // `environment` is of versions 2 and 3.
+            "environment" => Projection::Equirectangular,
+            "spherical" => match params.string("mapping")? {
+                None | Some(("equalarea", _)) => Projection::EqualArea,
+                Some(("equirectangular", _)) => Projection::Equirectangular,
+                Some((name, param)) => {
+                    let error = param.value_error(0, format!("there is no mapping `{name}`"));
+                    return Err(error.help("mappings of spherical cameras are equalarea and equirectangular"));
+                }
+            },
+            "realistic" => {
+                let lens = params.string("lensfile")?.map_or("", |(name, _)| name);
+                let fov = fov_of_lens(focal_length(lens).unwrap_or(50.0));
+                let focus = params.float_where("focusdistance", 10.0, "positive", |d| d > 0.0)?;
+                params.ignore(&["aperturediameter", "aperture"]);
+                let message = format!(
+                    "realistic cameras are not supported: a pinhole of {fov:.1} degrees stands in, the lens named by its file"
+                );
+                self.warnings.at(at, message);
+                camera.focal_distance = focus;
+                Projection::Perspective { fov }
             }
             other => {
                 let error = SceneError::new(ErrorKind::Unknown, format!("there is no camera type `{other}`"));
-                let help = did_you_mean(other, ["perspective", "orthographic"]);
-                return Err(error.at(at).help("supported are perspective and orthographic").maybe_help(help));
+                let known = ["perspective", "orthographic", "spherical"];
+                let help = did_you_mean(other, known);
+                return Err(error
+                    .at(at)
+                    .help("supported are perspective, orthographic and spherical")
+                    .maybe_help(help));
             }
         };
         camera.lens_radius = params.float_where("lensradius", 0.0, "not negative", |r| r >= 0.0)?;
-        camera.focal_distance = params.float_where("focaldistance", 1e6, "positive", |d| d > 0.0)?;
+        if ty != "realistic" {
+            camera.focal_distance = params.float_where("focaldistance", 1e6, "positive", |d| d > 0.0)?;
+        }
         camera.screen_window = match params.groups("screenwindow", &[ParamType::Float], 1)? {
             None => None,
             Some((_, &[x0, x1, y0, y1])) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),
@@ -241,6 +264,18 @@ impl Builder<'_> {
         params.warn_unused("the integrator", &mut self.warnings);
         Ok(())
     }
+}
+
+/// Focal length in mm that the name of a lens file ends on, as in `wide.22mm.dat`.
+fn focal_length(file: &str) -> Option<f32> {
+    let length = file.strip_suffix(".dat")?.strip_suffix("mm")?.rsplit('.').next()?;
+    length.parse().ok().filter(|mm: &f32| *mm > 0.0 && mm.is_finite())
+}
+
+/// Degrees that the shorter side of a 16:9 film of pbrt's 35 mm across is seen under.
+fn fov_of_lens(mm: f32) -> f32 {
+    let half_side = 35.0 * 9.0 / 337f32.sqrt() / 2.0;
+    2.0 * (half_side / mm).atan().to_degrees()
 }
 
 /// Size of the picture where a scene does not say it.

@@ -203,6 +203,10 @@ impl Writer<'_> {
         let mut text = match camera.projection {
             Projection::Perspective { fov } => format!("Camera \"perspective\"{}", number("fov", fov)),
             Projection::Orthographic => "Camera \"orthographic\"".to_owned(),
+            Projection::EqualArea => "Camera \"spherical\" \"string mapping\" \"equalarea\"".to_owned(),
+            Projection::Equirectangular => {
+                "Camera \"spherical\" \"string mapping\" \"equirectangular\"".to_owned()
+            }
         };
         if let Some(window) = camera.screen_window {
             text += &numbers("float screenwindow", &window);
