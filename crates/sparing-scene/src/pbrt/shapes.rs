@@ -36,6 +36,7 @@ impl Builder<'_> {
             alpha => Some(alpha),
         };
         self.alpha_cutoff = params.float("alphacutoff")?;
+        let before = self.triangles;
         match ty {
             "trianglemesh" => self.triangle_mesh(at, &params)?,
             "bilinearmesh" => self.bilinear_mesh(at, &params)?,
@@ -66,6 +67,10 @@ impl Builder<'_> {
                 let help = "supported are: ".to_owned() + &TYPES.join(", ");
                 return Err(error.help(help).maybe_help(did_you_mean(other, known)));
             }
+        }
+        // Files count their triangles themselves, while they are read ahead.
+        if !matches!(ty, "plymesh" | "objmesh") {
+            self.options.count_triangles(self.triangles - before);
         }
         params.warn_unused(&format!("shape `{ty}`"), &mut self.warnings);
         Ok(())

@@ -518,6 +518,21 @@ fn files_outside_of_the_folder_are_refused() {
 }
 
 #[test]
+fn loading_counts_files_and_triangles() {
+    let progress = std::sync::Arc::new(crate::LoadProgress::default());
+    let options = LoadOptions { progress: Some(progress.clone()), ..LoadOptions::default() };
+    let text = "Camera \"perspective\" WorldBegin Shape \"plymesh\" \"string filename\" \"one.ply\"
+        Shape \"objmesh\" \"string filename\" \"one.obj\"
+        Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] Shape \"sphere\"";
+    let scene = load_pbrt_text(text.as_bytes(), Path::new("tests/fixtures"), &options).unwrap();
+    let [files, bytes, triangles] = progress.counts();
+    assert_eq!(files, 2);
+    let size = |name: &str| std::fs::metadata(Path::new("tests/fixtures").join(name)).unwrap().len();
+    assert_eq!(bytes, size("one.ply") + size("one.obj"));
+    assert_eq!(triangles, scene.triangle_count());
+}
+
+#[test]
 fn compressed_files_are_expanded_within_limits() {
     use std::io::Write;
     let folder = tempfile::tempdir().unwrap();
