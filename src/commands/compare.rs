@@ -5,7 +5,9 @@ use crate::session::console;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use sparing_image::atomic::check_writable;
-use sparing_image::metrics::{Comparison, ErrorKind, Exposure, Summary, compare, error_map};
+use sparing_image::metrics::{
+    Comparison, ErrorKind, Exposure, Summary, compare, error_map, signed_difference,
+};
 use sparing_image::picture::{Picture, Pixels};
 use sparing_image::png::write_png;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,12 @@ pub(super) struct CompareArguments {
     /// What the error map shows.
     #[arg(long, value_enum, default_value_t)]
     error_kind: MapKind,
+    /// Write a picture of the signed relative difference of luminance: red is too bright, blue too dark, white right.
+    #[arg(long, value_name = "FILE.png")]
+    signed_difference: Option<PathBuf>,
+    /// The difference that is pure red or blue; 0.1 is 10 % of the reference.
+    #[arg(long, value_name = "PART", default_value_t = 0.1, requires = "signed_difference")]
+    difference_range: f32,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -57,7 +65,10 @@ pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
     if a.exposure.is_some_and(|ev| !ev.is_finite()) {
         return Err(Usage::error("the exposure must be a finite number"));
     }
-    if let Some(path) = &a.error_map {
+    if !(a.difference_range.is_finite() && a.difference_range > 0.0) {
+        return Err(Usage::error("the range of differences must be a positive number"));
+    }
+    for path in [&a.error_map, &a.signed_difference].into_iter().flatten() {
         if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Usage::error(format!("{}: error maps are written as .png", path.display())));
         }
@@ -86,6 +97,19 @@ pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
     if let Some(path) = &a.error_map {
         let map = error_map(&image, &reference, size[0], size[1], exposure, a.error_kind.into())?;
         write_png(path, size[0], size[1], &map, 0.0).context("cannot write the error map")?;
+    }
+    if let Some(path) = &a.signed_difference {
+        let range = a.difference_range;
+        let map = signed_difference(&image, &reference, size[0], size[1], exposure, range)?;
+        write_png(path, size[0], size[1], &map, 0.0).context("cannot write the signed difference")?;
+        if !a.json {
+            console::print(format!(
+                "{}: red {:+.1} % and more, blue {:+.1} % and less",
+                path.display(),
+                range * 100.0,
+                range * -100.0
+            ))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

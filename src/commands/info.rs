@@ -49,6 +49,8 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
         let (projection, fov) = match camera.projection {
             Projection::Perspective { fov } => ("perspective", Some(fov)),
             Projection::Orthographic => ("orthographic", None),
+            Projection::EqualArea => ("equal-area", None),
+            Projection::Equirectangular => ("equirectangular", None),
         };
         let value = serde_json::json!({
             "scene": path.display().to_string(),
@@ -56,9 +58,10 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
             "spp": sampler.spp, "max_depth": integrator.max_depth,
             "camera": {
                 "projection": projection, "fov": fov, "position": eye.to_array(), "direction": forward.to_array(),
-                "lens_radius": camera.lens_radius,
+                "lens_radius": camera.lens_radius, "moves": camera.end.is_some(), "shutter": camera.shutter,
             },
             "triangles": s.triangles, "quads": s.quads, "shapes": s.shapes, "instances": s.instances,
+            "moving_instances": contents.moving,
             "objects": contents.objects, "vertices": contents.vertices,
             "lights": s.lights, "light_kinds": contents.lights,
             "materials": s.materials, "material_kinds": contents.materials,
@@ -72,17 +75,34 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
     }
     let mib = |b: u64| format!("{:.1} MiB", b as f64 / 1_048_576.0);
     let spp = sampler.spp.map_or("64 (default)".into(), |n| n.to_string());
+    let moves = |moving: bool, text: String| if moving { text } else { String::new() };
+    let [open, close] = camera.shutter;
     let view = match camera.projection {
         Projection::Perspective { fov } => format!("perspective, {fov:.1} degrees"),
         Projection::Orthographic => "orthographic".to_owned(),
+        Projection::EqualArea => "spherical, equal-area".to_owned(),
+        Projection::Equirectangular => "spherical, latitude-longitude".to_owned(),
     };
     let mut lines = vec![
         format!("scene      {}", path.display()),
         format!("picture    {}x{}, {spp} spp, depth {}", film.width, film.height, integrator.max_depth),
-        format!("camera     {view}, at {eye:.3}, looking along {forward:.3}"),
         format!(
-            "geometry   {} triangles, {} quads, {} vertices, {} shapes, {} objects, {} instances",
-            s.triangles, s.quads, contents.vertices, s.shapes, contents.objects, s.instances
+            "camera     {view}, at {eye:.3}, looking along {forward:.3}{}{}",
+            moves(camera.end.is_some(), ", moving".to_owned()),
+            moves(
+                camera.end.is_some() || contents.moving > 0,
+                format!(", shutter from {open} to {close} of the motion")
+            )
+        ),
+        format!(
+            "geometry   {} triangles, {} quads, {} vertices, {} shapes, {} objects, {} instances{}",
+            s.triangles,
+            s.quads,
+            contents.vertices,
+            s.shapes,
+            contents.objects,
+            s.instances,
+            moves(contents.moving > 0, format!(" ({} moving)", contents.moving))
         ),
         format!("lights     {} (emitting faces counted singly){}", s.lights, list(&contents.lights)),
         format!("materials  {}{}", s.materials, list(&contents.materials)),
@@ -110,6 +130,8 @@ fn scene(a: &InfoArguments) -> anyhow::Result<ExitCode> {
 /// What a description has, before it is built.
 struct Contents {
     objects: usize,
+    /// Instances that move.
+    moving: usize,
     vertices: usize,
     textures: usize,
     /// Files or embedded pictures, each once.
@@ -139,6 +161,7 @@ impl Contents {
         let pictures: BTreeSet<String> = d.images.iter().map(name).collect();
         Self {
             objects: d.objects.len(),
+            moving: d.instances.iter().filter(|instance| instance.end.is_some()).count(),
             vertices: shapes().map(vertices).sum(),
             textures: d.textures.len(),
             pictures: pictures.len(),

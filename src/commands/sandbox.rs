@@ -1,8 +1,10 @@
 //! Which files a scene may name.
 
+use crate::session::loading::watched;
 use clap::Args;
-use sparing_scene::{LoadOptions, SceneDescription};
+use sparing_scene::{LoadOptions, LoadProgress, SceneDescription};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Options of the commands that load a scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -17,12 +19,24 @@ pub(super) struct FileArguments {
     /// Let the scene name files anywhere.
     #[arg(long)]
     no_sandbox: bool,
+    /// Whether nothing is said while a large scene loads.
+    #[arg(skip)]
+    quiet: bool,
 }
 
 impl FileArguments {
+    /// The same rules, saying nothing while a large scene loads.
+    pub(super) fn with_quiet(self, quiet: bool) -> Self {
+        Self { quiet, ..self }
+    }
+
     /// Loads a scene under these rules.
     pub(super) fn load(&self, scene: &Path) -> Result<SceneDescription, sparing_scene::SceneError> {
-        sparing_scene::load_with(scene, &self.options(scene))
+        let progress = Arc::new(LoadProgress::default());
+        let shown = (!self.quiet).then(|| Arc::clone(&progress));
+        let options = LoadOptions { progress: shown, ..self.options(scene) };
+        let load = || sparing_scene::load_with(scene, &options);
+        if self.quiet { load() } else { watched(&progress, load) }
     }
 
     fn options(&self, scene: &Path) -> LoadOptions {

@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod console;
 pub mod cpu;
+pub mod loading;
 pub mod memory;
 pub mod progress;
 pub mod stats;

@@ -31,6 +31,10 @@ pub enum Counter {
     Choice,
     /// Colours of vertices were interpolated.
     VertexColor,
+    /// Times of rays were drawn.
+    Time,
+    /// The placement of a hit was computed for the ray's time.
+    Motion,
 }
 
 #[cfg(feature = "counters")]
@@ -38,7 +42,7 @@ mod enabled {
     use super::Counter;
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    static COUNTS: [AtomicU64; 13] = [const { AtomicU64::new(0) }; 13];
+    static COUNTS: [AtomicU64; 15] = [const { AtomicU64::new(0) }; 15];
 
     /// Adds one.
     pub fn count(counter: Counter) {

@@ -49,6 +49,10 @@ bitflags::bitflags! {
         const TRANSMISSION = 1 << 18;
         /// Some material uses the colours of vertices.
         const VERTEX_COLORS = 1 << 24;
+        /// Some placement moves while the shutter is open.
+        const MOTION = 1 << 25;
+        /// The camera moves while the shutter is open.
+        const CAMERA_MOTION = 1 << 26;
     }
 }
 
@@ -82,6 +86,8 @@ impl Needs {
             ("tangents", Self::TANGENTS, "derivatives of the position by texture coordinates"),
             ("transmission", Self::TRANSMISSION, "light through surfaces"),
             ("vertex-colors", Self::VERTEX_COLORS, "interpolating the colours of vertices"),
+            ("motion", Self::MOTION, "times of rays, placements at those times"),
+            ("camera-motion", Self::CAMERA_MOTION, "times of rays, the camera at those times"),
         ]
     }
 

@@ -14,7 +14,7 @@ use sparing_scene::description::{
     Texture, TextureId, TriangleMesh, UvMapping,
 };
 
-const ALL: [Counter; 13] = [
+const ALL: [Counter; 15] = [
     Counter::TextureLookup,
     Counter::TextureCoordinates,
     Counter::ShadingNormal,
@@ -28,6 +28,8 @@ const ALL: [Counter; 13] = [
     Counter::Lens,
     Counter::Choice,
     Counter::VertexColor,
+    Counter::Time,
+    Counter::Motion,
 ];
 
 /// Counters that ran while rendering.
@@ -145,7 +147,15 @@ fn what_is_not_needed_does_not_run() {
     // An instanced box: transforms are a need of their own.
     let mut d = plain();
     d.objects.push(ObjectDefinition { name: "box".into(), shapes: vec![shape(closed_box(0.3))] });
-    d.instances
-        .push(Instance { object: 0, object_to_world: glam::Affine3A::from_translation(Vec3::Z * 2.0) });
-    assert_eq!(ran(d, none), base, "instances");
+    d.instances.push(Instance::still(0, glam::Affine3A::from_translation(Vec3::Z * 2.0)));
+    assert_eq!(ran(d.clone(), none), base, "instances");
+
+    let moved = glam::Affine3A::from_translation(Vec3::new(0.5, 0.0, 2.0));
+    d.instances[0].end = Some(moved);
+    let ran_here = ran(d.clone(), none);
+    assert!(ran_here.contains(&Counter::Time) && ran_here.contains(&Counter::Motion), "motion: {ran_here:?}");
+
+    d.instances[0].end = None;
+    d.camera.end = Some(glam::Mat4::from_translation(Vec3::X * 0.1));
+    assert_eq!(ran(d, none), [&base[..], &[Counter::Time]].concat(), "a moving camera");
 }

@@ -26,7 +26,7 @@ mod warnings;
 
 pub use description::SceneDescription;
 pub use error::{ErrorKind, SceneError};
-pub use options::LoadOptions;
+pub use options::{LoadOptions, LoadProgress};
 pub use pbrt::{PbrtFiles, PbrtOptions};
 pub use ply::write_ply;
 

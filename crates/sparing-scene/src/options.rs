@@ -2,9 +2,11 @@
 
 use crate::error::{ErrorKind, SceneError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Limits of loading; exceeding one is an error that names it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Folders that the files of a scene may be in, with all below them; [`crate::load_with`] adds that of the scene
     /// itself. `None`, the default: anywhere, for scenes that are trusted.
@@ -31,6 +33,24 @@ pub struct LoadOptions {
     pub max_entities: u64,
     /// Warnings that are kept; the rest is counted.
     pub max_warnings: usize,
+    /// Counts of what is loaded, to be looked at meanwhile.
+    pub progress: Option<Arc<LoadProgress>>,
+}
+
+/// How far loading has come.
+#[derive(Debug, Default)]
+pub struct LoadProgress {
+    files: AtomicU64,
+    bytes: AtomicU64,
+    triangles: AtomicU64,
+}
+
+impl LoadProgress {
+    /// Files opened so far, their bytes, and triangles read (a quad counts as one).
+    #[must_use]
+    pub fn counts(&self) -> [u64; 3] {
+        [&self.files, &self.bytes, &self.triangles].map(|count| count.load(Ordering::Relaxed))
+    }
 }
 
 impl Default for LoadOptions {
@@ -48,6 +68,7 @@ impl Default for LoadOptions {
             max_vertices: 1 << 30,
             max_entities: 50_000_000,
             max_warnings: 200,
+            progress: None,
         }
     }
 }
@@ -63,6 +84,19 @@ impl LoadOptions {
             folders.push(folder.to_owned());
         }
         options
+    }
+
+    pub(crate) fn count_file(&self, bytes: u64) {
+        if let Some(progress) = &self.progress {
+            progress.files.fetch_add(1, Ordering::Relaxed);
+            progress.bytes.fetch_add(bytes, Ordering::Relaxed);
+        }
+    }
+
+    pub(crate) fn count_triangles(&self, triangles: u64) {
+        if let Some(progress) = &self.progress {
+            progress.triangles.fetch_add(triangles, Ordering::Relaxed);
+        }
     }
 
     pub(crate) fn exceeded(&self, name: &str, limit: u64, found: u64) -> SceneError {

@@ -167,7 +167,9 @@ pub(crate) fn open(path: &Path, options: &LoadOptions) -> Result<(File, u64), Sc
     if about.len() > options.max_file_bytes {
         return Err(options.exceeded("max_file_bytes", options.max_file_bytes, about.len()).in_file(path));
     }
-    Ok((File::open(path).map_err(failed)?, about.len()))
+    let file = File::open(path).map_err(failed)?;
+    options.count_file(about.len());
+    Ok((file, about.len()))
 }
 
 /// Reads a whole file within the size limit; a gzip file is expanded.

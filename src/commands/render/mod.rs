@@ -167,7 +167,9 @@ pub(super) fn run(arguments: &RenderArguments) -> anyhow::Result<ExitCode> {
         return Err(Usage::error("the exposure must be a finite number"));
     }
     let load_start = Instant::now();
-    let mut description = load(&arguments.scene, &arguments.files)?;
+    let quiet = !matches!(arguments.progress, ProgressMode::Auto | ProgressMode::Tty);
+    let files = arguments.files.clone().with_quiet(quiet);
+    let mut description = load(&arguments.scene, &files)?;
     let load_seconds = load_start.elapsed().as_secs_f64();
     let plan = Plan::new(arguments, &mut description)?;
     let stats = arguments.stats.as_ref().filter(|p| !is_standard_output(p));

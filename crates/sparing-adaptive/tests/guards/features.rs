@@ -20,8 +20,8 @@ const SEEDS: u64 = 12;
 const REFERENCE_SPP: u32 = 1024;
 const REFERENCE_SEED: u64 = 1 << 40;
 
-/// 11 features, 3 policies, 3 claims.
-const LEVEL: f64 = 0.01 / 99.0;
+/// 13 features, 3 policies, 3 claims.
+const LEVEL: f64 = 0.01 / 117.0;
 /// With less of the reference's light, which uniform sampling finds on average, the picture is nearer to one without the
 /// feature: it is lost.
 const LOST: f64 = 0.5;
@@ -166,6 +166,11 @@ fn one_lit_block_in_a_black_frame() {
 #[test]
 fn thin_wires() {
     nothing_is_lost("thin-wire");
+}
+
+#[test]
+fn motion_blur() {
+    nothing_is_lost("motion-blur");
 }
 
 /// Nothing to decide: all stop at once, with one value.

@@ -1,7 +1,7 @@
 //! Scenes and films made to fool an adaptive sampler, and rules for stopping at their limits.
 //!
 //! No policy may lose a feature that uniform sampling with as many samples shows, divide by zero, or decide on what is
-//! undefined. Motion blur, another classic, the renderer does not have.
+//! undefined.
 
 mod common;
 mod crops;

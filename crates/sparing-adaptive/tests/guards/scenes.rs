@@ -23,7 +23,7 @@ const fn feature(scene: &'static str, name: &'static str, region: [f64; 4], arou
 }
 
 /// In the order of their scenes.
-pub const FEATURES: [Feature; 11] = [
+pub const FEATURES: [Feature; 13] = [
     feature("black-and-bright", "dim strip", [0.15, 0.0, 0.25, 1.0], Around::Black),
     feature("black-and-bright", "edge", [0.46, 0.0, 0.56, 1.0], Around::Black),
     feature("caustic", "behind the ball", [0.03, 0.56, 0.22, 0.72], Around::Black),
@@ -33,6 +33,8 @@ pub const FEATURES: [Feature; 11] = [
     feature("light-through-hole", "light", [0.44, 0.24, 0.56, 0.37], Around::Black),
     feature("light-through-hole", "spot", [0.4, 0.78, 0.6, 0.88], Around::Black),
     feature("lit-block", "block", [0.67, 0.22, 0.77, 0.36], Around::Black),
+    feature("motion-blur", "dark ball", [0.36, 0.7, 0.64, 0.8], Around::Median),
+    feature("motion-blur", "spark", [0.0, 0.25, 1.0, 0.33], Around::Median),
     feature("thin-wire", "dark wire", [0.0, 0.27, 1.0, 0.35], Around::Median),
     feature("thin-wire", "glowing wire", [0.0, 0.68, 1.0, 0.78], Around::Median),
 ];

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{
     Exposure, FlipOptions, REL_MSE_EPSILON, SizeMismatch, check_sizes, delta_e, exposed, flip_map, shown,
 };
-use crate::color::{lab_to_xyz, xyz_to_rgb};
+use crate::color::{lab_to_xyz, luminance, xyz_to_rgb};
 
 /// What an error map shows, and the value that is brightest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +63,37 @@ pub fn error_map(
         }
     };
     Ok(errors.par_iter().zip(image).zip(reference).map(color).collect())
+}
+
+/// A picture of where luminance is too high (red), too low (blue) or right (white), linear Rec.709, to write with no
+/// exposure. The difference is relative: (I - R) / sqrt(R^2 + [`REL_MSE_EPSILON`]); `range` of it and more are the full
+/// colour. Pixels that are not finite in either picture are pure green.
+///
+/// # Errors
+/// [`SizeMismatch`] unless both have `width * height` pixels.
+pub fn signed_difference(
+    image: &[[f32; 3]],
+    reference: &[[f32; 3]],
+    width: u32,
+    height: u32,
+    exposure: Exposure,
+    range: f32,
+) -> Result<Vec<[f32; 3]>, SizeMismatch> {
+    check_sizes(image, reference, width, height)?;
+    let scale = exposure.scale(reference);
+    let color = |(i, r): (&[f32; 3], &[f32; 3])| {
+        let [i, r] = [i, r].map(|p| f64::from(scale) * luminance(*p));
+        let difference = (i - r) / (r * r + REL_MSE_EPSILON).sqrt();
+        let part: f32 = (difference / f64::from(range)) as f32;
+        if !difference.is_finite() {
+            [0.0, 1.0, 0.0]
+        } else if part >= 0.0 {
+            [1.0, (1.0 - part).max(0.0), (1.0 - part).max(0.0)]
+        } else {
+            [(1.0 + part).max(0.0), (1.0 + part).max(0.0), 1.0]
+        }
+    };
+    Ok(image.par_iter().zip(reference).map(color).collect())
 }
 
 /// A colour for 0..=1, linear Rec.709: lightness rises evenly from black to near white while the hue goes from

@@ -231,3 +231,20 @@ fn error_maps_show_where() {
         assert!(kind == ErrorKind::Flip || map[0] == false_color(0.0));
     }
 }
+
+/// Luminance 0.5 against 0.4: a relative difference of 0.1 / sqrt(0.16 + 0.01) = 0.2425.
+#[test]
+fn signed_differences_are_red_where_too_bright_and_blue_where_too_dark() {
+    let reference = [[0.4; 3], [0.4; 3], [0.4; 3], [0.4; 3], [f32::NAN; 3]];
+    let image = [[0.5; 3], [0.3; 3], [0.4; 3], [40.0; 3], [0.4; 3]];
+    let one = Exposure::Scale(1.0);
+    let map = signed_difference(&image, &reference, 5, 1, one, 0.5).expect("sizes fit");
+    let rest = 1.0 - 0.1 / 0.17f32.sqrt() / 0.5;
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+    assert!(close(map[0], [1.0, rest, rest]), "{:?}", map[0]);
+    assert!(close(map[1], [rest, rest, 1.0]), "{:?}", map[1]);
+    assert!(close(map[2], [1.0; 3]), "{:?}", map[2]);
+    assert_eq!(map[3], [1.0, 0.0, 0.0]);
+    assert_eq!(map[4], [0.0, 1.0, 0.0]);
+    assert!(signed_difference(&image, &reference, 2, 2, one, 0.5).is_err());
+}

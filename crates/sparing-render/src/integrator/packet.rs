@@ -10,7 +10,7 @@ use crate::needs::Needs;
 use crate::sampler::{Dimension, PixelSampler};
 use crate::sampling::power_heuristic;
 use crate::scene::Scene;
-use crate::scene::surface::SurfacePoint;
+use crate::scene::surface::{FaceLights, SurfacePoint};
 use embree4::{QueryOptions, Ray, Ray16, RayHit, RayHit16, Valid16};
 use glam::Vec3;
 use sparing_image::film::Tile;
@@ -108,6 +108,10 @@ const SURFACE: Needs = Needs::TEXTURE_COORDINATES
     .union(Needs::VERTEX_COLORS);
 const SHAPES: Needs = Needs::SHADING_NORMALS.union(Needs::INSTANCES);
 const OUTPUT: Needs = Needs::AUXILIARY.union(Needs::SHAPE_COUNT);
+/// What makes rays start at different times.
+const TIME: Needs = Needs::MOTION.union(Needs::CAMERA_MOTION);
+/// What scenes with moving objects have compiled in, needed or not: groups of their own would double the code once more.
+const MOVING: Needs = Needs::MOTION.union(SURFACE).union(SHAPES).union(Needs::CHOICE).union(OUTPUT);
 
 /// The tracer compiled for the smallest set of needs that covers `needs`.
 pub(super) fn select(needs: Needs) -> TracePacket {
@@ -122,6 +126,9 @@ pub(super) fn select(needs: Needs) -> TracePacket {
                 pick!([$($done),*] $($rest),*)
             }
         };
+    }
+    if needs.contains(Needs::MOTION) {
+        return pick!([MOVING] Needs::LIGHT_SAMPLING, Needs::MIS);
     }
     pick!([] SURFACE, SHAPES, Needs::CHOICE, Needs::LIGHT_SAMPLING, Needs::MIS, OUTPUT)
 }
@@ -152,11 +159,24 @@ fn trace_packet<const NEEDS: u32>(
     } else {
         [[0.5; PACKET]; 2]
     };
+    let times = if scene.needs().intersects(TIME) {
+        count(Counter::Time);
+        sampler.get_2d_packet(first, 0, Dimension::Time)[0]
+    } else {
+        [0.0; PACKET]
+    };
+    // Without motion of objects a ray's time matters to the camera alone.
+    let time = |lane: usize| if needs.contains(Needs::MOTION) { times[lane] } else { 0.0 };
     for lane in 0..n {
         let (offset, weight) = scene.filter.sample([pixel_u[0][lane], pixel_u[1][lane]]);
         let lens = [lens_u[0][lane], lens_u[1][lane]];
-        let ray = scene.camera.ray(x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1], lens);
-        hits.ray.set(lane, &Ray::new(ray.origin.to_array(), ray.direction.to_array()));
+        let raster = [x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1]];
+        let ray = if scene.needs().contains(Needs::CAMERA_MOTION) {
+            scene.camera.at(times[lane]).ray(raster[0], raster[1], lens)
+        } else {
+            scene.camera.ray(raster[0], raster[1], lens)
+        };
+        hits.ray.set(lane, &Ray::new(ray.origin.to_array(), ray.direction.to_array()).at_time(time(lane)));
         paths[lane].filter_weight = weight;
         paths[lane].origin = ray.origin;
         cos_axis[lane] = ray.cos_axis;
@@ -216,7 +236,7 @@ fn trace_packet<const NEEDS: u32>(
                 continue;
             };
             let t = hits.ray.tfar[lane];
-            let surface = scene.surface_point::<NEEDS>(&hit, path.origin, wi, t);
+            let surface = scene.surface_point::<NEEDS>(&hit, path.origin, wi, t, time(lane));
             if let Some(light) = scene.light_of(&hit) {
                 let le = scene.emitted(&hit, surface.ng, surface.uv, -wi);
                 if le != Vec3::ZERO {
@@ -224,7 +244,11 @@ fn trace_packet<const NEEDS: u32>(
                         count(Counter::LightPdf);
                         scene.lights.pdf_hit(light, path.origin, t, surface.ng.dot(wi).abs())
                     };
-                    let weight = hit_weight::<NEEDS>(settings, path.pdf, light_pdf);
+                    let weight = if needs.contains(Needs::MOTION) && light == FaceLights::BY_CHANCE {
+                        1.0
+                    } else {
+                        hit_weight::<NEEDS>(settings, path.pdf, light_pdf)
+                    };
                     path.radiance += path.throughput * le * weight;
                 }
             }
@@ -282,7 +306,8 @@ fn trace_packet<const NEEDS: u32>(
                 };
                 let contribution = paths[lane].throughput * e.f_cos * light.radiance * (weight / light.pdf);
                 if contribution != Vec3::ZERO {
-                    shadows.rays.set(lane, &shadow_ray(point, light.wi, light.distance));
+                    let ray = shadow_ray(point, light.wi, light.distance).at_time(time(lane));
+                    shadows.rays.set(lane, &ray);
                     shadows.light[lane] = contribution;
                     shadows.lanes |= 1 << lane;
                 }
@@ -310,7 +335,7 @@ fn trace_packet<const NEEDS: u32>(
             // Light densities are those from the surface, not from the offset origin.
             path.origin = point.p;
             let origin = point.ray_origin(direction);
-            hits.ray.set(lane, &Ray::new(origin.to_array(), direction.to_array()));
+            hits.ray.set(lane, &Ray::new(origin.to_array(), direction.to_array()).at_time(time(lane)));
         }
         if active == 0 {
             break;

@@ -281,7 +281,7 @@ fn invert(cdf: &[f32], u: f32) -> (usize, f32) {
 }
 
 /// The unit square to the sphere, preserving areas.
-fn square_to_equal_area(uv: [f32; 2]) -> Vec3 {
+pub(crate) fn square_to_equal_area(uv: [f32; 2]) -> Vec3 {
     let (u, v) = (2.0 * uv[0] - 1.0, 2.0 * uv[1] - 1.0);
     let (up, vp) = (u.abs(), v.abs());
     let signed_distance = 1.0 - (up + vp);

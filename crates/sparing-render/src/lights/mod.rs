@@ -13,6 +13,7 @@ pub mod point;
 pub mod sphere;
 
 pub use disk::DiskLight;
+pub(crate) use environment::square_to_equal_area;
 pub use environment::{Environment, EnvironmentMap};
 pub use flat::FlatLight;
 pub use picture::{GoniometricLight, ProjectionLight};

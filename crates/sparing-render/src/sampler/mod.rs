@@ -23,6 +23,8 @@ pub enum Dimension {
     Choice = 4,
     /// First value: Russian roulette. Second value: which material of a mix.
     Roulette = 5,
+    /// First value: time between the opening and the closing of the shutter.
+    Time = 6,
 }
 
 const DIMENSIONS_PER_VERTEX: u32 = 8;

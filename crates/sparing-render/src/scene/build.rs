@@ -2,7 +2,7 @@
 
 use super::emitters::LightBuilder;
 use super::surface::{FaceLights, Mesh, ShapeGeometry, ShapeRecord};
-use super::{BuildError, InstanceRecord, Scene, SceneStatistics};
+use super::{BuildError, InstanceRecord, Placement, Scene, SceneStatistics, Way};
 use crate::camera::Camera;
 use crate::counters::{Counter, count};
 use crate::filter::FilterSampler;
@@ -12,7 +12,7 @@ use crate::needs::Needs;
 use crate::sampler::{hash, to_unit_float};
 use crate::texture::{Image, Scalar, TextureTable};
 use embree4::{BuildQuality, Device, FeatureMask, SceneBuilder, SceneFlags, SharedBuffer};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{self as d, ColorInput, Geometry, ImageId};
@@ -60,6 +60,7 @@ impl Scene {
             statistics: SceneStatistics::default(),
         };
         parts.needs.set(Needs::DEPTH_OF_FIELD, camera.has_lens());
+        parts.needs.set(Needs::CAMERA_MOTION, camera.moves());
         let mut top = parts.builder()?;
         for shape in description.shapes {
             parts.attach(&mut top, shape)?;
@@ -78,13 +79,29 @@ impl Scene {
         let mut next_id = top_level_shapes + 1;
         for instance in &description.instances {
             let (scene, first, end) = &objects[instance.object as usize];
-            let m = instance.object_to_world;
-            if !(m.matrix3.determinant() != 0.0 && m.inverse().is_finite() && m.is_finite()) {
+            let steps = match instance.end {
+                None => Some(vec![instance.object_to_world]),
+                Some(end) => d::Motion::new(instance.object_to_world, end)
+                    .map(|motion| motion.steps(description.camera.shutter)),
+            };
+            let regular =
+                |m: &Affine3A| m.matrix3.determinant() != 0.0 && m.inverse().is_finite() && m.is_finite();
+            let Some(steps) = steps.filter(|steps| steps.iter().all(regular)) else {
                 warnings.push("an object placed by a singular transform was left out".to_owned());
                 continue;
-            }
-            top.attach(embree4::Instance::new(scene, m.to_cols_array()))?;
-            instances.push(InstanceRecord::new(m, *first, next_id));
+            };
+            let m = steps[0];
+            let later = steps[1..].iter().map(Affine3A::to_cols_array);
+            top.attach(embree4::Instance::new(scene, m.to_cols_array()).time_steps(later))?;
+            let (place, way) = (Placement::new(m), Way::new(steps));
+            parts.needs.set(Needs::MOTION, parts.needs.contains(Needs::MOTION) || way.is_some());
+            instances.push(InstanceRecord {
+                place,
+                way,
+                first_shape: *first,
+                first_id: next_id,
+                lights: Vec::new(),
+            });
             next_id += end - first;
             parts.needs |= Needs::INSTANCES;
         }
@@ -109,7 +126,17 @@ impl Scene {
         statistics.materials = description.materials.len() as u64;
         statistics.texture_bytes = textures.bytes() as u64;
         statistics.embree_bytes = device.memory_bytes();
-        if lights.is_empty() {
+        let by_chance = instances
+            .iter()
+            .flat_map(|instance| &instance.lights)
+            .any(|lights| matches!(lights, FaceLights::ByChance));
+        if by_chance {
+            warnings.push(
+                "shapes that emit and move are lights that only chance finds: what they light is noisy"
+                    .to_owned(),
+            );
+        }
+        if lights.is_empty() && !by_chance {
             warnings.push("the scene has no light: the picture will be black".to_owned());
         }
         Ok(Self {
@@ -466,6 +493,7 @@ fn features(needs: Needs) -> FeatureMask {
         (Needs::DISKS, FeatureMask::POINT),
         (Needs::INSTANCES, FeatureMask::INSTANCE),
         (Needs::ALPHA, FeatureMask::FILTER),
+        (Needs::MOTION, FeatureMask::MOTION_BLUR),
     ];
     pairs.iter().filter(|p| needs.contains(p.0)).fold(FeatureMask::empty(), |mask, p| mask | p.1)
 }

@@ -1,7 +1,7 @@
 //! From emitting shapes to lights.
 
 use super::surface::{FaceLights, ShapeGeometry, ShapeRecord};
-use super::{BuildError, InstanceRecord};
+use super::{BuildError, InstanceRecord, Placement};
 use crate::lights::{
     DiskLight, DistantLight, Emission, Environment, EnvironmentMap, FlatLight, GoniometricLight, Light,
     PointLight, ProjectionLight, SphereLight, SpotLight,
@@ -115,6 +115,10 @@ impl LightBuilder {
         emissions: &[Emission],
     ) -> Result<FaceLights, BuildError> {
         let Some(emission) = shape.emission else { return Ok(FaceLights::None) };
+        if instance.is_some_and(|i| i.way.is_some()) {
+            return Ok(FaceLights::ByChance);
+        }
+        let instance = instance.map(|i| &i.place);
         let place = |p: Vec3| instance.map_or(p, |i| i.object_to_world.transform_point3(p));
         let mirrored = instance.is_some_and(|i| i.handedness < 0.0);
         let flip = shape.flip != mirrored;
@@ -244,7 +248,7 @@ fn against_normals(
     p: &[Vec3; 3],
     normals: Option<&[[f32; 3]]>,
     face: &[u32; 3],
-    instance: Option<&InstanceRecord>,
+    instance: Option<&Placement>,
 ) -> Option<bool> {
     let normals = normals?;
     let sum: Vec3 = face.iter().map(|i| Vec3::from(normals[*i as usize])).sum();
@@ -254,7 +258,7 @@ fn against_normals(
 }
 
 /// Scale and rotation (or mirroring) of a placement of a round light.
-fn similarity(instance: Option<&InstanceRecord>) -> Result<(f32, glam::Mat3), BuildError> {
+fn similarity(instance: Option<&Placement>) -> Result<(f32, glam::Mat3), BuildError> {
     let Some(i) = instance else { return Ok((1.0, glam::Mat3::IDENTITY)) };
     let m = glam::Mat3::from(i.object_to_world.matrix3);
     let scale = m.x_axis.length();

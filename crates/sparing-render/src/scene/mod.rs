@@ -2,9 +2,11 @@
 
 mod build;
 mod emitters;
+mod motion;
 pub mod surface;
 
 pub use build::BuildOptions;
+pub use motion::Way;
 
 use crate::camera::Camera;
 use crate::filter::FilterSampler;
@@ -31,9 +33,9 @@ pub enum BuildError {
     Invalid(String),
 }
 
-/// A placed object.
-#[derive(Clone, Debug)]
-pub struct InstanceRecord {
+/// Where an object is.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
     /// Object space to world space.
     pub object_to_world: Affine3A,
     /// Its inverse.
@@ -44,6 +46,15 @@ pub struct InstanceRecord {
     pub handedness: f32,
     /// Largest coordinate of the translation.
     pub magnitude: f32,
+}
+
+/// A placed object.
+#[derive(Clone, Debug)]
+pub struct InstanceRecord {
+    /// Where it is; if it moves, when the shutter opens.
+    pub place: Placement,
+    /// Its way while the shutter is open, if it moves.
+    pub way: Option<Way>,
     /// Index of the object's first shape.
     pub first_shape: u32,
     /// Shape id, for counting, of the object's first shape in this placement.

@@ -13,12 +13,12 @@
 //! stay there if neighbours are at most four times as far from the world's origin, meet at 30 degrees or more, and
 //! have heights of 16 h (3e-5 of the largest coordinate) or more.
 
-use super::{InstanceRecord, Scene};
+use super::{Placement, Scene};
 use crate::counters::{Counter, count};
 use crate::needs::Needs;
 use crate::texture::TexturePoint;
 use embree4::SharedBuffer;
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
@@ -97,6 +97,8 @@ pub enum FaceLights {
     /// The shape does not emit.
     #[default]
     None,
+    /// The shape emits, but moves: [`FaceLights::BY_CHANCE`].
+    ByChance,
     /// Light of each face; [`FaceLights::DARK`] for a face without area.
     PerFace(Vec<u32>),
     /// Lights of the two halves of each quad: Embree's triangles (0,1,3) and (2,3,1).
@@ -106,6 +108,8 @@ pub enum FaceLights {
 impl FaceLights {
     /// No light: a face without area.
     pub const DARK: u32 = u32::MAX;
+    /// Emits, but is not in the table of lights: only rays that hit it by chance find it.
+    pub const BY_CHANCE: u32 = u32::MAX - 1;
 
     /// Light at a hit.
     #[inline]
@@ -113,6 +117,7 @@ impl FaceLights {
     pub fn get(&self, hit: &SurfaceHit) -> Option<u32> {
         let light = match self {
             Self::None => None,
+            Self::ByChance => Some(Self::BY_CHANCE),
             Self::PerFace(lights) => lights.get(hit.face as usize).copied(),
             Self::PerHalf(lights) => {
                 lights.get(hit.face as usize).map(|l| l[usize::from(hit.u + hit.v > 1.0)])
@@ -202,7 +207,8 @@ pub fn disk_uv(x: f32, y: f32) -> [f32; 2] {
 }
 
 impl Scene {
-    /// The point of a hit. `origin`, `direction` and `t` are the ray's; only round shapes use them.
+    /// The point of a hit. `origin`, `direction` and `t` are the ray's; only round shapes use them. `time` is the ray's, too;
+    /// only what moves uses it.
     #[inline]
     #[must_use]
     pub fn surface_point<const NEEDS: u32>(
@@ -211,9 +217,19 @@ impl Scene {
         origin: Vec3,
         direction: Vec3,
         t: f32,
+        time: f32,
     ) -> SurfacePoint {
         let shape = &self.shapes[hit.shape as usize];
-        let instance = hit.instance.map(|i| &self.instances[i as usize]);
+        let record = hit.instance.map(|i| &self.instances[i as usize]);
+        let mut instance = record.map(|record| &record.place);
+        let moved;
+        if Needs::from_bits_retain(NEEDS).contains(Needs::MOTION)
+            && let Some(way) = record.and_then(|record| record.way.as_ref())
+        {
+            count(Counter::Motion);
+            moved = Placement::new(way.at(time));
+            instance = Some(&moved);
+        }
         let mut s = match &shape.geometry {
             ShapeGeometry::Triangles(mesh) => {
                 let [a, b, c] = mesh.indices[hit.face as usize];
@@ -264,7 +280,7 @@ where
         default_uvs: [[f32; 2]; 3],
         u: f32,
         v: f32,
-        instance: Option<&InstanceRecord>,
+        instance: Option<&Placement>,
     ) -> SurfacePoint {
         let needs = Needs::from_bits_retain(NEEDS);
         let mut p = corners.map(|i| Vec3::from(self.positions[i as usize]));
@@ -360,7 +376,7 @@ fn round_point(
     origin: Vec3,
     direction: Vec3,
     t: f32,
-    instance: Option<&InstanceRecord>,
+    instance: Option<&Placement>,
     point: impl Fn(Vec3) -> SurfacePoint,
 ) -> SurfacePoint {
     let p = origin + direction * t;
@@ -406,28 +422,5 @@ fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -
         dpdv,
         offset,
         color: Vec3::ONE,
-    }
-}
-
-impl InstanceRecord {
-    /// A placement of an object whose shapes start at `first_shape`.
-    #[must_use]
-    pub(super) fn new(object_to_world: Affine3A, first_shape: u32, first_id: u32) -> Self {
-        let m = object_to_world.matrix3;
-        let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-        // Cofactors: right up to a factor even where the inverse overflows or does not exist.
-        let normal_to_world =
-            Mat3A::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
-                * handedness;
-        Self {
-            object_to_world,
-            world_to_object: object_to_world.inverse(),
-            normal_to_world,
-            handedness,
-            magnitude: Vec3::from(object_to_world.translation).abs().max_element(),
-            first_shape,
-            first_id,
-            lights: Vec::new(),
-        }
     }
 }

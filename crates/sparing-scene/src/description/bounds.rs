@@ -4,16 +4,18 @@ use super::{Geometry, SceneDescription};
 use glam::Vec3;
 
 impl SceneDescription {
-    /// The box around all shapes and instances: lowest and highest corner. `None` if there are none.
+    /// The box around all shapes and instances: lowest and highest corner. `None` if there are none. What moves counts at
+    /// both ends of its way.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut bounds = None;
         self.shapes.iter().for_each(|shape| extend(&mut bounds, &shape.geometry, |p| p));
         for instance in &self.instances {
             let Some(object) = self.objects.get(instance.object as usize) else { continue };
-            let matrix = instance.object_to_world;
-            for shape in &object.shapes {
-                extend(&mut bounds, &shape.geometry, |p| matrix.transform_point3(p));
+            for matrix in [Some(instance.object_to_world), instance.end].into_iter().flatten() {
+                for shape in &object.shapes {
+                    extend(&mut bounds, &shape.geometry, |p| matrix.transform_point3(p));
+                }
             }
         }
         bounds

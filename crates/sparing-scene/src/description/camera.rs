@@ -3,11 +3,16 @@
 use glam::Mat4;
 
 /// A camera. Camera space is x right, y up, z forward, as in pbrt.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Camera {
-    /// From camera space to world space; may mirror.
+    /// From camera space to world space; may mirror. Where the camera moves, at the start.
     pub camera_to_world: Mat4,
-    /// Perspective or orthographic.
+    /// The same at the end, if the camera moves.
+    pub end: Option<Mat4>,
+    /// When the shutter opens and closes; everything that moves starts at 0 and ends at 1, and stands still before and
+    /// after.
+    pub shutter: [f32; 2],
+    /// How rays leave it.
     pub projection: Projection,
     /// Visible part of the image plane: x0, x1, y0, y1. `None`: the shorter axis spans -1..1.
     pub screen_window: Option<[f32; 4]>,
@@ -27,12 +32,38 @@ pub enum Projection {
     },
     /// Parallel rays.
     Orthographic,
+    /// All directions, as an equal-area octahedral map of the sphere (P. Clarberg, "Fast Equal-Area Mapping of the
+    /// (Hemi)Sphere using SIMD", 2008), y up.
+    EqualArea,
+    /// All directions, longitude by latitude, y up.
+    Equirectangular,
+}
+
+/// A camera at rest prints without its motion: what is derived from that text stays as it is for still scenes.
+impl std::fmt::Debug for Camera {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { camera_to_world, end, shutter, projection, screen_window, lens_radius, focal_distance } =
+            self;
+        let mut text = f.debug_struct("Camera");
+        text.field("camera_to_world", camera_to_world).field("projection", projection);
+        text.field("screen_window", screen_window).field("lens_radius", lens_radius);
+        text.field("focal_distance", focal_distance);
+        if end.is_some() {
+            text.field("end", end);
+        }
+        if *shutter != [0.0, 1.0] {
+            text.field("shutter", shutter);
+        }
+        text.finish()
+    }
 }
 
 impl Default for Camera {
     fn default() -> Self {
         Self {
             camera_to_world: Mat4::IDENTITY,
+            end: None,
+            shutter: [0.0, 1.0],
             projection: Projection::Perspective { fov: 90.0 },
             screen_window: None,
             lens_radius: 0.0,

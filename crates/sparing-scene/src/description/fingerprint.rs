@@ -146,6 +146,9 @@ mod tests {
             ("ObjectInstance \"a\"", "Translate 1e-3 0 0 ObjectInstance \"a\""),
             ("\"sphere\"", "\"sphere\" \"float radius\" 2"),
             ("\"infinite\"", "\"distant\""),
+            ("ObjectInstance", "ActiveTransform EndTime Translate 1 0 0 ObjectInstance"),
+            ("Camera", "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All Camera"),
+            ("40", "40 \"float shutterclose\" 0.5"),
         ] {
             assert_ne!(first, of(&SCENE.replace(from, to)), "{from} {to}");
         }

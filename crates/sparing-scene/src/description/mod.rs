@@ -8,6 +8,7 @@ mod camera;
 mod fingerprint;
 mod light;
 mod material;
+mod motion;
 mod procedural;
 mod shape;
 mod texture;
@@ -18,6 +19,7 @@ pub use camera::{
 };
 pub use light::{EnvironmentImage, Light, SphereMapping};
 pub use material::{Conductor, Material, MaterialKind, MetallicRoughness, Roughness};
+pub use motion::Motion;
 pub use procedural::{Noise, Projection as TextureProjection, ScalarFunction};
 pub use shape::{Emission, Geometry, Instance, ObjectDefinition, QuadMesh, Shape, TriangleMesh};
 pub use texture::{ColorInput, FloatInput, Image, ImageSource, Texture, TextureEncoding, UvMapping, Wrap};

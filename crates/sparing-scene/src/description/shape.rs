@@ -96,10 +96,33 @@ pub struct ObjectDefinition {
 }
 
 /// One placement of an object.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Instance {
     /// Index into the scene's objects.
     pub object: u32,
-    /// From the object's space to world space; may shear and mirror.
+    /// From the object's space to world space; may shear and mirror. Where the placement moves, at the start.
     pub object_to_world: Affine3A,
+    /// The same at the end, if the placement moves: [`Motion`](super::Motion) says how it goes between.
+    pub end: Option<Affine3A>,
+}
+
+impl Instance {
+    /// A placement at rest.
+    #[must_use]
+    pub fn still(object: u32, object_to_world: Affine3A) -> Self {
+        Self { object, object_to_world, end: None }
+    }
+}
+
+/// A placement at rest prints without its motion, for the same reason as a [`Camera`](super::Camera).
+impl std::fmt::Debug for Instance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { object, object_to_world, end } = self;
+        let mut text = f.debug_struct("Instance");
+        text.field("object", object).field("object_to_world", object_to_world);
+        if end.is_some() {
+            text.field("end", end);
+        }
+        text.finish()
+    }
 }

@@ -36,7 +36,7 @@ impl SceneDescription {
             if instance.object as usize >= self.objects.len() {
                 return Err(invalid(format!("instance {i}: there is no object {}", instance.object)));
             }
-            if !instance.object_to_world.is_finite() {
+            if !(instance.object_to_world.is_finite() && instance.end.is_none_or(|end| end.is_finite())) {
                 return Err(invalid(format!("instance {i}: its transformation is not finite")));
             }
         }
@@ -50,7 +50,10 @@ impl SceneDescription {
         let camera = &self.camera;
         let lens = camera.lens_radius.is_finite() && camera.lens_radius >= 0.0;
         let focus = camera.focal_distance.is_finite() && camera.focal_distance > 0.0;
-        if !(camera.camera_to_world.is_finite() && lens && focus) {
+        let [open, close] = camera.shutter;
+        let shutter = open.is_finite() && close.is_finite() && open <= close;
+        let view = camera.camera_to_world.is_finite() && camera.end.is_none_or(|end| end.is_finite());
+        if !(view && lens && focus && shutter) {
             return Err(invalid("the camera's numbers are out of range".to_owned()));
         }
         let film = &self.film;

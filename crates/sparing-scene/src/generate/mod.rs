@@ -6,6 +6,7 @@
 mod noise;
 mod solids;
 mod surfaces;
+mod teapot;
 pub mod training;
 mod turn;
 mod write;
@@ -13,6 +14,7 @@ mod write;
 pub use noise::fractal_noise;
 pub use solids::{gear, icosphere, rock};
 pub use surfaces::{revolve, terrain, torus_knot, vase_profile};
+pub use teapot::teapot;
 pub use write::write_obj;
 
 use crate::description::TriangleMesh;

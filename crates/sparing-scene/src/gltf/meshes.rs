@@ -137,6 +137,7 @@ impl<'a> Loader<'a> {
 
     fn count_triangles(&mut self, count: usize) -> Result<(), SceneError> {
         self.triangles += count as u64;
+        self.options.count_triangles(count as u64);
         let most = self.options.max_triangles;
         if self.triangles > most {
             Err(self.options.exceeded("max_triangles", most, self.triangles))

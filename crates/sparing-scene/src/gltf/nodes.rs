@@ -122,7 +122,7 @@ impl<'a> Loader<'a> {
             if !object_to_world.is_finite() {
                 return Err(node.error("it is placed beyond all bounds"));
             }
-            self.scene.instances.push(Instance { object, object_to_world });
+            self.scene.instances.push(Instance::still(object, object_to_world));
         }
         Ok(())
     }

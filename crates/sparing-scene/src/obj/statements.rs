@@ -231,6 +231,7 @@ impl<'o> Reader<'o> {
                     });
                 }
                 self.triangles += count as u64 - 2;
+                self.options.count_triangles(count as u64 - 2);
             }
         }
         self.face = face;

@@ -18,9 +18,14 @@ impl Builder<'_> {
             let error = SceneError::new(ErrorKind::Value, "the camera's transformation cannot be inverted");
             return Err(error.at(at));
         };
-        self.coordinate_systems.insert("camera".to_owned(), camera_to_world);
+        let Some(end) = invert(self.state.ctm_end) else {
+            let error = SceneError::new(ErrorKind::Value, "the camera's transformation cannot be inverted");
+            return Err(error.at(at));
+        };
+        self.coordinate_systems.insert("camera".to_owned(), [camera_to_world, end]);
         let camera = &mut self.scene.camera;
         camera.camera_to_world = camera_to_world.as_mat4();
+        camera.end = self.state.end().map(|_| end.as_mat4());
         camera.projection = match ty {
             "perspective" => {
                 let inside = |fov: f32| fov > 0.0 && fov < 180.0;
@@ -32,19 +37,42 @@ impl Builder<'_> {
                 }
             }
             "orthographic" => Projection::Orthographic,
-            "realistic" | "spherical" | "environment" => {
-                let error =
-                    SceneError::new(ErrorKind::Unsupported, format!("{ty} cameras are not supported yet"));
-                return Err(error.at(at).help("supported are perspective and orthographic"));
+            // `environment` is of versions 2 and 3.
+            "environment" => Projection::Equirectangular,
+            "spherical" => match params.string("mapping")? {
+                None | Some(("equalarea", _)) => Projection::EqualArea,
+                Some(("equirectangular", _)) => Projection::Equirectangular,
+                Some((name, param)) => {
+                    let error = param.value_error(0, format!("there is no mapping `{name}`"));
+                    return Err(error.help("mappings of spherical cameras are equalarea and equirectangular"));
+                }
+            },
+            "realistic" => {
+                let lens = params.string("lensfile")?.map_or("", |(name, _)| name);
+                let fov = fov_of_lens(focal_length(lens).unwrap_or(50.0));
+                let focus = params.float_where("focusdistance", 10.0, "positive", |d| d > 0.0)?;
+                params.ignore(&["aperturediameter", "aperture"]);
+                let message = format!(
+                    "realistic cameras are not supported: a pinhole of {fov:.1} degrees stands in, the lens named by its file"
+                );
+                self.warnings.at(at, message);
+                camera.focal_distance = focus;
+                Projection::Perspective { fov }
             }
             other => {
                 let error = SceneError::new(ErrorKind::Unknown, format!("there is no camera type `{other}`"));
-                let help = did_you_mean(other, ["perspective", "orthographic"]);
-                return Err(error.at(at).help("supported are perspective and orthographic").maybe_help(help));
+                let known = ["perspective", "orthographic", "spherical"];
+                let help = did_you_mean(other, known);
+                return Err(error
+                    .at(at)
+                    .help("supported are perspective, orthographic and spherical")
+                    .maybe_help(help));
             }
         };
         camera.lens_radius = params.float_where("lensradius", 0.0, "not negative", |r| r >= 0.0)?;
-        camera.focal_distance = params.float_where("focaldistance", 1e6, "positive", |d| d > 0.0)?;
+        if ty != "realistic" {
+            camera.focal_distance = params.float_where("focaldistance", 1e6, "positive", |d| d > 0.0)?;
+        }
         camera.screen_window = match params.groups("screenwindow", &[ParamType::Float], 1)? {
             None => None,
             Some((_, &[x0, x1, y0, y1])) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),
@@ -57,7 +85,17 @@ impl Builder<'_> {
             let (x, y) = if aspect > 1.0 { (aspect, 1.0) } else { (1.0, 1.0 / aspect) };
             camera.screen_window.get_or_insert([-x, x, -y, y]);
         }
-        params.ignore(&["shutteropen", "shutterclose", "hither", "yon"]);
+        let [open, close] = [("shutteropen", 0.0), ("shutterclose", 1.0)].map(|(name, default)| {
+            let value = params.float(name);
+            value.map(|value| value.unwrap_or(default))
+        });
+        let (mut open, mut close) = (open?, close?);
+        if open > close {
+            self.warnings.at(at, "the shutter closes before it opens: the two times are exchanged");
+            (open, close) = (close, open);
+        }
+        camera.shutter = [open, close];
+        params.ignore(&["hither", "yon"]);
         params.warn_unused("the camera", &mut self.warnings);
         self.has_camera = true;
         Ok(())
@@ -226,6 +264,18 @@ impl Builder<'_> {
         params.warn_unused("the integrator", &mut self.warnings);
         Ok(())
     }
+}
+
+/// Focal length in mm that the name of a lens file ends on, as in `wide.22mm.dat`.
+fn focal_length(file: &str) -> Option<f32> {
+    let length = file.strip_suffix(".dat")?.strip_suffix("mm")?.rsplit('.').next()?;
+    length.parse().ok().filter(|mm: &f32| *mm > 0.0 && mm.is_finite())
+}
+
+/// Degrees that the shorter side of a 16:9 film of pbrt's 35 mm across is seen under.
+fn fov_of_lens(mm: f32) -> f32 {
+    let half_side = 35.0 * 9.0 / 337f32.sqrt() / 2.0;
+    2.0 * (half_side / mm).atan().to_degrees()
 }
 
 /// Size of the picture where a scene does not say it.

@@ -1,13 +1,13 @@
 //! The directives, one arm each.
 
 use super::colorspace::ColorSpace;
-use super::graphics_state::{look_at, rotate};
+use super::graphics_state::{Active, look_at, rotate};
 use super::parser::{Next, Parser, shorten};
 use super::{Builder, Scope};
-use crate::description::{Instance, ObjectDefinition};
+use crate::description::ObjectDefinition;
 use crate::error::{ErrorKind, SceneError, did_you_mean};
 use crate::source::{self, Span};
-use glam::{Affine3A, DMat4, DVec3};
+use glam::{DMat4, DVec3};
 
 const DIRECTIVES: &[&str] = &[
     "Accelerator",
@@ -181,7 +181,7 @@ impl Builder<'_> {
             "Shape" => {
                 let (ty, span) = parser.string(at)?;
                 let params = parser.params(at)?;
-                self.shape(&ty, &span, params)?;
+                self.shape_at_rest_or_moving(&ty, &span, params)?;
             }
             "ObjectInstance" => {
                 let (name, span) = parser.string(at)?;
@@ -221,7 +221,7 @@ impl Builder<'_> {
     fn transform(&mut self, name: &str, at: &Span, parser: &mut Parser<'_>) -> Result<bool, SceneError> {
         let invalid = |message: &str| SceneError::new(ErrorKind::Value, message).at(at);
         match name {
-            "Identity" => self.state.ctm = DMat4::IDENTITY,
+            "Identity" => self.state.set(DMat4::IDENTITY),
             "Translate" => self.state.concat(DMat4::from_translation(DVec3::from_array(parser.numbers(at)?))),
             "Scale" => {
                 let scale = DVec3::from_array(parser.numbers(at)?);
@@ -242,30 +242,50 @@ impl Builder<'_> {
                 let message = "LookAt needs an eye away from its target and an up vector across the view";
                 self.state.concat(matrix.ok_or_else(|| invalid(message))?);
             }
-            "Transform" => self.state.ctm = DMat4::from_cols_array(&parser.numbers(at)?),
+            "Transform" => self.state.set(DMat4::from_cols_array(&parser.numbers(at)?)),
             "ConcatTransform" => self.state.concat(DMat4::from_cols_array(&parser.numbers(at)?)),
             "CoordinateSystem" => {
                 let (system, _) = parser.string(at)?;
-                self.coordinate_systems.insert(system, self.state.ctm);
+                self.coordinate_systems.insert(system, [self.state.ctm, self.state.ctm_end]);
             }
             "CoordSysTransform" => {
                 let (system, span) = parser.string(at)?;
-                let Some(matrix) = self.coordinate_systems.get(&system) else {
+                let Some(matrices) = self.coordinate_systems.get(&system) else {
                     let message = format!("there is no coordinate system `{}`", shorten(&system));
                     let known = self.coordinate_systems.keys().map(String::as_str);
                     let error = SceneError::new(ErrorKind::Unknown, message).at(&span);
                     return Err(error.maybe_help(did_you_mean(&system, known)));
                 };
-                self.state.ctm = *matrix;
+                [self.state.ctm, self.state.ctm_end] = *matrices;
             }
             "ReverseOrientation" => self.state.reverse_orientation = !self.state.reverse_orientation,
-            "ActiveTransform" | "TransformTimes" => {
-                parser.skip_words()?;
-                self.warnings.at(at, "motion is not supported: everything stands still");
+            "ActiveTransform" => {
+                let (word, span) = parser.word("StartTime, EndTime or All", at)?;
+                self.state.active = match word.as_str() {
+                    "All" => Active::All,
+                    "StartTime" => Active::StartTime,
+                    "EndTime" => Active::EndTime,
+                    other => {
+                        let message = format!("there is no transformation `{}`", shorten(other));
+                        let error = SceneError::new(ErrorKind::Unknown, message).at(&span);
+                        return Err(error.help("known are StartTime, EndTime and All"));
+                    }
+                };
+            }
+            "TransformTimes" => {
+                let [start, end] = parser.numbers(at)?;
+                if start >= end {
+                    return Err(invalid("TransformTimes takes a start and a later end"));
+                }
+                if self.in_world {
+                    let message = "TransformTimes is not allowed after WorldBegin";
+                    return Err(SceneError::new(ErrorKind::Syntax, message).at(at));
+                }
+                self.transform_times = [start, end];
             }
             _ => return Ok(false),
         }
-        if !self.state.ctm.is_finite() {
+        if !(self.state.ctm.is_finite() && self.state.ctm_end.is_finite()) {
             return Err(invalid("the transformation grew beyond all numbers"));
         }
         Ok(true)
@@ -280,8 +300,9 @@ impl Builder<'_> {
                     return Err(SceneError::new(ErrorKind::Syntax, message).at(at));
                 }
                 self.in_world = true;
-                self.state.ctm = DMat4::IDENTITY;
-                self.coordinate_systems.insert("world".to_owned(), DMat4::IDENTITY);
+                (self.state.ctm, self.state.ctm_end) = (DMat4::IDENTITY, DMat4::IDENTITY);
+                self.state.active = Active::All;
+                self.coordinate_systems.insert("world".to_owned(), [DMat4::IDENTITY; 2]);
             }
             // The end of a scene before pbrt-v4.
             "WorldEnd" => {}
@@ -348,7 +369,8 @@ impl Builder<'_> {
         match (self.saved.pop(), end) {
             (Some((opened, state, _)), _) if opened == scope => {
                 if scope == Scope::Transform {
-                    self.state.ctm = state.ctm;
+                    (self.state.ctm, self.state.ctm_end) = (state.ctm, state.ctm_end);
+                    self.state.active = state.active;
                 } else {
                     self.state = state;
                 }
@@ -372,26 +394,5 @@ impl Builder<'_> {
                 })
             }
         }
-    }
-
-    fn instance(&mut self, name: &str, at: &Span) -> Result<(), SceneError> {
-        let Some(&object) = self.objects.get(name) else {
-            let error =
-                SceneError::new(ErrorKind::Unknown, format!("there is no object `{}`", shorten(name)));
-            let known = self.objects.keys().map(String::as_str);
-            return Err(error.at(at).maybe_help(did_you_mean(name, known)));
-        };
-        if self.object.is_some() {
-            let message = "an instance inside an object definition is not supported";
-            return Err(SceneError::new(ErrorKind::Unsupported, message).at(at));
-        }
-        if super::graphics_state::invert(self.state.ctm).is_none() {
-            let message = "the current transformation squashes space";
-            return Err(SceneError::new(ErrorKind::Value, message).at(at));
-        }
-        self.count_entity()?;
-        let object_to_world = Affine3A::from_mat4(self.state.ctm.as_mat4());
-        self.scene.instances.push(Instance { object, object_to_world });
-        Ok(())
     }
 }

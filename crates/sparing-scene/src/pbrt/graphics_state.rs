@@ -20,11 +20,24 @@ pub(super) struct AreaLight {
     pub span: Span,
 }
 
+/// What `ActiveTransform` says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Active {
+    #[default]
+    All,
+    StartTime,
+    EndTime,
+}
+
 /// What `AttributeBegin` saves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GraphicsState {
-    /// Current transformation matrix: object to world.
+    /// Current transformation matrix: object to world. Where it moves, at the start.
     pub ctm: DMat4,
+    /// The same at the end.
+    pub ctm_end: DMat4,
+    /// Which of the two directives change.
+    pub active: Active,
     pub reverse_orientation: bool,
     pub material: Option<MaterialId>,
     pub area_light: Option<AreaLight>,
@@ -39,7 +52,26 @@ pub(super) struct GraphicsState {
 impl GraphicsState {
     /// Appends a transformation: it acts on points before those already there.
     pub fn concat(&mut self, transform: DMat4) {
-        self.ctm *= transform;
+        self.change(|matrix| matrix * transform);
+    }
+
+    /// Replaces the current transformation.
+    pub fn set(&mut self, transform: DMat4) {
+        self.change(|_| transform);
+    }
+
+    fn change(&mut self, to: impl Fn(DMat4) -> DMat4) {
+        if self.active != Active::EndTime {
+            self.ctm = to(self.ctm);
+        }
+        if self.active != Active::StartTime {
+            self.ctm_end = to(self.ctm_end);
+        }
+    }
+
+    /// The transformation at the end, if it moves.
+    pub fn end(&self) -> Option<DMat4> {
+        (self.ctm != self.ctm_end).then_some(self.ctm_end)
     }
 }
 

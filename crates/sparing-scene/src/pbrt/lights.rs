@@ -47,6 +47,9 @@ impl Builder<'_> {
             }
         };
         params.warn_unused(&format!("light `{ty}`"), &mut self.warnings);
+        if self.state.end().is_some() {
+            self.warnings.at(at, "a light that moves stands still where it starts");
+        }
         if self.object.is_some() {
             self.warnings.at(at, "a light inside an object definition is ignored");
             return Ok(());

@@ -20,10 +20,13 @@ mod loopsubdiv;
 mod materials;
 mod mesh;
 mod metallic_roughness;
+#[cfg(test)]
+mod motion_tests;
 mod old_lights;
 mod old_materials;
 mod params;
 mod parser;
+mod placement;
 mod prefetch;
 mod procedural;
 mod shapes;
@@ -75,7 +78,7 @@ struct Builder<'o> {
     prefetch: prefetch::Prefetch,
     state: GraphicsState,
     saved: Vec<(Scope, GraphicsState, Span)>,
-    coordinate_systems: HashMap<String, DMat4>,
+    coordinate_systems: HashMap<String, [DMat4; 2]>,
     float_textures: HashMap<String, FloatInput>,
     color_textures: HashMap<String, ColorInput>,
     named_materials: HashMap<String, MaterialId>,
@@ -89,6 +92,12 @@ struct Builder<'o> {
     mesh_material: Option<MaterialId>,
     /// The object being defined.
     object: Option<u32>,
+    /// Where the shape being made starts to move from; it may emit although it is an object.
+    moving: Option<DMat4>,
+    /// Shapes that move within objects.
+    moving_parts: HashMap<u32, Vec<placement::MovingPart>>,
+    /// When motion starts and ends.
+    transform_times: [f64; 2],
     in_world: bool,
     has_camera: bool,
     entities: u64,
@@ -140,6 +149,9 @@ fn load_source(
         alpha_cutoff: None,
         mesh_material: None,
         object: None,
+        moving: None,
+        moving_parts: HashMap::new(),
+        transform_times: [0.0, 1.0],
         in_world: false,
         has_camera: false,
         entities: 0,
@@ -228,6 +240,13 @@ impl Builder<'_> {
         }
         if !self.has_camera {
             self.warnings.add("there is no Camera: one at the origin looks along +z".to_owned());
+        }
+        // Motions of the description go from 0 to 1.
+        let [start, end] = self.transform_times;
+        let shutter = &mut self.scene.camera.shutter;
+        *shutter = shutter.map(|t| ((f64::from(t) - start) / (end - start)) as f32);
+        if !shutter.iter().all(|t| t.is_finite()) {
+            return Err(SceneError::new(ErrorKind::Value, "TransformTimes are too close for this shutter"));
         }
         self.scene.warnings = self.warnings.into_vec();
         Ok(self.scene)

@@ -145,19 +145,13 @@ impl<'o> Parser<'o> {
         Ok(values)
     }
 
-    /// A word such as `all` or `0.5` (for `ActiveTransform` and `TransformTimes`), skipped.
-    pub fn skip_words(&mut self) -> Result<(), SceneError> {
-        while let Some((token, source)) = self.peek()? {
-            let word = token.bytes(source);
-            // `ActiveTransform` has words of its own that look like directives.
-            let own = matches!(word, b"All" | b"StartTime" | b"EndTime");
-            let directive = !own && word.first().is_some_and(u8::is_ascii_uppercase);
-            if token.kind != TokenKind::Word || directive {
-                break;
-            }
-            self.advance(token);
+    /// A bare word, as after `ActiveTransform`.
+    pub fn word(&mut self, wanted: &str, after: &Span) -> Result<(String, Span), SceneError> {
+        let (token, source) = self.next(wanted, after)?;
+        if token.kind != TokenKind::Word {
+            return Err(unexpected(wanted, token, &source));
         }
-        Ok(())
+        Ok((String::from_utf8_lossy(token.bytes(&source)).into_owned(), token.span(&source)))
     }
 
     /// Strings up to the next directive, skipped.

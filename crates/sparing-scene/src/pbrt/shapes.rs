@@ -36,6 +36,7 @@ impl Builder<'_> {
             alpha => Some(alpha),
         };
         self.alpha_cutoff = params.float("alphacutoff")?;
+        let before = self.triangles;
         match ty {
             "trianglemesh" => self.triangle_mesh(at, &params)?,
             "bilinearmesh" => self.bilinear_mesh(at, &params)?,
@@ -67,6 +68,10 @@ impl Builder<'_> {
                 return Err(error.help(help).maybe_help(did_you_mean(other, known)));
             }
         }
+        // Files count their triangles themselves, while they are read ahead.
+        if !matches!(ty, "plymesh" | "objmesh") {
+            self.options.count_triangles(self.triangles - before);
+        }
         params.warn_unused(&format!("shape `{ty}`"), &mut self.warnings);
         Ok(())
     }
@@ -74,7 +79,7 @@ impl Builder<'_> {
     /// The emission of a shape with that area, from the area light in force.
     pub(super) fn emission(&mut self, area: f64, at: &Span) -> Option<Emission> {
         let light = self.state.area_light.clone()?;
-        if self.object.is_some() {
+        if self.object.is_some() && self.moving.is_none() {
             // As in pbrt: instances cannot be lights.
             self.warnings.at(at, "shapes inside an object definition do not emit light");
             return None;
@@ -85,7 +90,10 @@ impl Builder<'_> {
         let mut radiance = light.radiance;
         if let Some(power) = light.power {
             let sides = if light.two_sided { 2.0 } else { 1.0 };
-            radiance *= (f64::from(power) / (PI * area * sides)) as f32;
+            // A shape that moves was measured in its own space; exact where that is scaled evenly.
+            let scale =
+                self.moving.map_or(1.0, |m| glam::DMat3::from_mat4(m).determinant().abs().powf(2.0 / 3.0));
+            radiance *= (f64::from(power) / (PI * area * scale * sides)) as f32;
         }
         if !radiance.is_finite() {
             self.warnings.at(&light.span, "the radiance of this light is not finite: it is ignored");
@@ -230,13 +238,17 @@ impl Builder<'_> {
             self.mesh_material = own.map(|own| own.material);
             self.alpha = alpha.or(own.and_then(|own| own.alpha));
             let saved = self.state.area_light.clone();
-            let shapes = self.scene.shapes.len();
+            let object = self.object.and_then(|index| self.scene.objects.get(index as usize));
+            let shapes = object.map_or(self.scene.shapes.len(), |object| object.shapes.len());
             self.add_mesh(part.mesh, at)?;
             if let (Some(emission), None) = (own.and_then(|own| own.emission.clone()), saved)
-                && self.object.is_none()
+                && (self.object.is_none() || self.moving.is_some())
             {
-                let added = self.scene.shapes[shapes..].iter_mut();
-                added.for_each(|shape| shape.emission = Some(emission.clone()));
+                let list = match self.object.and_then(|index| self.scene.objects.get_mut(index as usize)) {
+                    Some(object) => &mut object.shapes,
+                    None => &mut self.scene.shapes,
+                };
+                list[shapes..].iter_mut().for_each(|shape| shape.emission = Some(emission.clone()));
             }
         }
         self.mesh_material = None;

@@ -54,6 +54,29 @@ fn the_camera_sits_at_the_eye_and_looks_forward() {
 }
 
 #[test]
+fn cameras_that_see_all_around_and_stand_ins() {
+    let of = |camera: &str| load(&format!("Camera {camera}\nWorldBegin Shape \"sphere\""));
+    for (camera, projection) in [
+        ("\"spherical\"", Projection::EqualArea),
+        ("\"spherical\" \"string mapping\" \"equirectangular\"", Projection::Equirectangular),
+        ("\"environment\"", Projection::Equirectangular),
+    ] {
+        let scene = of(camera);
+        assert_eq!(scene.camera.projection, projection);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("spherical.pbrt");
+        crate::save_pbrt(&scene, &path).unwrap();
+        assert_eq!(crate::load(&path).unwrap().camera.projection, projection);
+    }
+    // 35 mm across are 17.16 mm on the shorter side of 16:9.
+    let scene = of("\"realistic\" \"string lensfile\" \"wide.22mm.dat\" \"float focusdistance\" 3");
+    let Projection::Perspective { fov } = scene.camera.projection else { panic!("a pinhole") };
+    assert!((fov - 2.0 * (8.58f32 / 22.0).atan().to_degrees()).abs() < 0.01, "{fov}");
+    assert_eq!(scene.warnings.len(), 1);
+}
+
+#[test]
 fn matrices_are_written_column_by_column() {
     let scene = load(
         "Transform [ 1 0 0 0  0 1 0 0  0 0 1 0  0 0 -5 1 ]\nCamera \"perspective\"\nWorldBegin Shape \"sphere\"",
@@ -492,6 +515,21 @@ fn files_outside_of_the_folder_are_refused() {
         let opened = LoadOptions { folders: Some(vec![folder.path().to_owned()]), ..LoadOptions::default() };
         assert_eq!(load(text, &opened).unwrap().lights.len(), 1);
     }
+}
+
+#[test]
+fn loading_counts_files_and_triangles() {
+    let progress = std::sync::Arc::new(crate::LoadProgress::default());
+    let options = LoadOptions { progress: Some(progress.clone()), ..LoadOptions::default() };
+    let text = "Camera \"perspective\" WorldBegin Shape \"plymesh\" \"string filename\" \"one.ply\"
+        Shape \"objmesh\" \"string filename\" \"one.obj\"
+        Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] Shape \"sphere\"";
+    let scene = load_pbrt_text(text.as_bytes(), Path::new("tests/fixtures"), &options).unwrap();
+    let [files, bytes, triangles] = progress.counts();
+    assert_eq!(files, 2);
+    let size = |name: &str| std::fs::metadata(Path::new("tests/fixtures").join(name)).unwrap().len();
+    assert_eq!(bytes, size("one.ply") + size("one.obj"));
+    assert_eq!(triangles, scene.triangle_count());
 }
 
 #[test]

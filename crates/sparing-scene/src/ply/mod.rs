@@ -82,6 +82,7 @@ fn read(path: &Path, options: &LoadOptions, warnings: &mut Warnings) -> Result<T
             }
         }
     }
+    options.count_triangles(mesh.indices.len() as u64);
     Ok(mesh)
 }
 

@@ -72,7 +72,7 @@ impl Stage {
     }
 
     pub fn instance(&mut self, object: u32, object_to_world: Affine3A) {
-        self.scene.instances.push(Instance { object, object_to_world });
+        self.scene.instances.push(Instance::still(object, object_to_world));
     }
 
     pub fn point_light(&mut self, position: Vec3, intensity: Vec3) {

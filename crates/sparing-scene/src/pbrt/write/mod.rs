@@ -197,12 +197,16 @@ impl Writer<'_> {
             text += &number("exposuretime", film.scale);
         }
         out.line(&text);
-        let inverse = camera.camera_to_world.as_dmat4().inverse();
-        let values: Vec<String> = inverse.to_cols_array().iter().map(f64::to_string).collect();
-        out.line(&format!("Transform [ {} ]", values.join(" ")));
+        let inverse = |m: Mat4| m.as_dmat4().inverse().to_cols_array().map(|v| v.to_string()).join(" ");
+        self.transform(&inverse(camera.camera_to_world), camera.end.map(inverse));
+        let out = &mut self.out;
         let mut text = match camera.projection {
             Projection::Perspective { fov } => format!("Camera \"perspective\"{}", number("fov", fov)),
             Projection::Orthographic => "Camera \"orthographic\"".to_owned(),
+            Projection::EqualArea => "Camera \"spherical\" \"string mapping\" \"equalarea\"".to_owned(),
+            Projection::Equirectangular => {
+                "Camera \"spherical\" \"string mapping\" \"equirectangular\"".to_owned()
+            }
         };
         if let Some(window) = camera.screen_window {
             text += &numbers("float screenwindow", &window);
@@ -211,6 +215,10 @@ impl Writer<'_> {
             text += &number("lensradius", camera.lens_radius);
         }
         text += &number("focaldistance", camera.focal_distance);
+        if camera.shutter != [0.0, 1.0] {
+            let [open, close] = camera.shutter;
+            text += &(number("shutteropen", open) + &number("shutterclose", close));
+        }
         out.line(&text);
         Ok(())
     }

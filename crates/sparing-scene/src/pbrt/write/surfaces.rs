@@ -288,24 +288,47 @@ impl<'a> Writer<'a> {
         for shape in &scene.shapes {
             self.shape(shape)?;
         }
-        for (object, name) in scene.objects.iter().zip(self.names.objects.clone()) {
-            self.out.line(&format!("ObjectBegin {name}"));
-            for shape in &object.shapes {
-                if shape.emission.is_some() {
+        // What moves and emits is written as shapes where the transformation moves: objects cannot emit.
+        let emits: Vec<bool> =
+            scene.objects.iter().map(|o| o.shapes.iter().any(|s| s.emission.is_some())).collect();
+        for (i, (object, name)) in scene.objects.iter().zip(self.names.objects.clone()).enumerate() {
+            if emits[i] {
+                let mut placed = scene.instances.iter().filter(|instance| instance.object as usize == i);
+                if placed.any(|instance| instance.end.is_none()) {
                     return Err(unsupported("emission inside an object"));
                 }
+                continue;
+            }
+            self.out.line(&format!("ObjectBegin {name}"));
+            for shape in &object.shapes {
                 self.shape(shape)?;
             }
             self.out.line("ObjectEnd");
         }
         for instance in &scene.instances {
-            let name = &self.names.objects[instance.object as usize];
-            let matrix = numbers_of(&Mat4::from(instance.object_to_world));
-            let text =
-                format!("AttributeBegin\n  Transform [ {matrix} ]\n  ObjectInstance {name}\nAttributeEnd");
-            self.out.line(&text);
+            self.out.line("AttributeBegin");
+            let end = instance.end.map(|end| numbers_of(&Mat4::from(end)));
+            self.transform(&numbers_of(&Mat4::from(instance.object_to_world)), end);
+            let object = instance.object as usize;
+            if emits[object] {
+                for shape in &scene.objects[object].shapes {
+                    self.shape(shape)?;
+                }
+            } else {
+                let name = &self.names.objects[object];
+                self.out.line(&format!("  ObjectInstance {name}"));
+            }
+            self.out.line("AttributeEnd");
         }
         Ok(())
+    }
+
+    /// Sets the current transformation, or both of one that moves.
+    pub fn transform(&mut self, start: &str, end: Option<String>) {
+        self.out.line(&format!("  Transform [ {start} ]"));
+        if let Some(end) = end {
+            self.out.line(&format!("  ActiveTransform EndTime Transform [ {end} ] ActiveTransform All"));
+        }
     }
 
     /// A mesh in a file of its own.
@@ -348,7 +371,8 @@ impl<'a> Writer<'a> {
         if let Some((axes, center)) = frame {
             let mut matrix = Mat4::from_mat3(axes);
             matrix.w_axis = center.extend(1.0);
-            self.out.line(&format!("  Transform [ {} ]", numbers_of(&matrix)));
+            // Relative to what may move around it; outside of that the transformation is the identity.
+            self.out.line(&format!("  ConcatTransform [ {} ]", numbers_of(&matrix)));
         }
         if shape.reverse_orientation {
             self.out.line("  ReverseOrientation");
