@@ -5,7 +5,7 @@
 //! budget. A goal in units is turned into lambda anew at every barrier, from what the pixels look like by then.
 
 use crate::pooling::Plane;
-use crate::view::{Statistics, View};
+use crate::view::View;
 
 /// What to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,13 +28,11 @@ pub struct Bounds {
 }
 
 /// Pixels looked at, evenly spread, to find a threshold.
-const SAMPLE: usize = 1 << 16;
+const SAMPLE: usize = 1 << 14;
 
 /// Share of the way to a goal that a layer is to lead, and the share of the samples from which on it leads all of it.
 const WAY: f64 = 0.5;
 const LITTLE_LEFT: f64 = 0.95;
-/// A layer of fewer pixels than one in so many leads all of the way: each barrier has its cost.
-const FEW: usize = 128;
 /// An average of samples is reached to this.
 const REACHED: f64 = 0.995;
 
@@ -118,26 +116,28 @@ impl Goal {
         matches!(self, Self::Tolerance(_))
     }
 
-    /// The threshold for the next layer, given the spread of each pixel: the one that is expected to lead half of the way to the goal.
-    /// What has not been found yet, such as rare bright light, asks for samples later, and those that are spent cannot be taken
-    /// back; a pixel that stops too early goes on at a later barrier. Where little is left, or few pixels would go on, it leads
-    /// all of the way. Infinite where nothing more is needed, 0 where all that is allowed does not suffice.
+    /// The threshold for the next layer, given the spread of each pixel, and that for all of the goal. The first is expected to lead half
+    /// of the way, until little is left. What has not been found yet, such as rare bright light, asks for samples later, and
+    /// those that are spent cannot be taken back; a pixel that stops too early goes on at a later barrier. Infinite where
+    /// nothing more is needed, 0 where all that is allowed does not suffice.
     #[must_use]
-    pub fn threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
+    pub fn thresholds(self, view: &View, spread: &Plane, bounds: Bounds) -> [f64; 2] {
         let whole = match self {
             Self::Average(n) => Self::Average(REACHED * n),
             goal => goal,
         };
-        let half_way = whole.half_way(view);
-        let lambda = half_way.expected_threshold(view, spread, bounds);
-        let goes_on =
-            |(p, spread): (&Statistics, &f32)| f64::from(*spread) > lambda * f64::from(p.count.max(1));
-        let going = || view.pixels.iter().zip(&spread.values).filter(|pixel| goes_on(*pixel)).count();
-        if half_way != whole && going() < view.pixels.len() / FEW {
-            whole.expected_threshold(view, spread, bounds)
-        } else {
-            lambda
-        }
+        whole.expected([whole.half_way(view), whole], view, spread, bounds)
+    }
+
+    /// Samples that are expected to reach the goal; 0 where it is reached, and where it is a threshold.
+    pub(crate) fn samples_left(self, view: &View) -> f64 {
+        let now: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
+        let left = match self {
+            Self::Threshold(_) => 0.0,
+            Self::Average(n) => REACHED * n * view.pixels.len() as f64 - now,
+            Self::Tolerance(t) => now * ((predicted_error(view) / t).powi(2) - 1.0),
+        };
+        if left > 0.0 { left } else { 0.0 }
     }
 
     /// The goal for the next layer.
@@ -163,32 +163,42 @@ impl Goal {
     /// The threshold that is expected to reach the goal, if the spread of each pixel stays as it is.
     #[must_use]
     pub fn expected_threshold(self, view: &View, spread: &Plane, bounds: Bounds) -> f64 {
+        self.expected([self], view, spread, bounds)[0]
+    }
+
+    /// The same for several goals of this kind.
+    fn expected<const N: usize>(
+        self,
+        goals: [Self; N],
+        view: &View,
+        spread: &Plane,
+        bounds: Bounds,
+    ) -> [f64; N] {
         let stride = view.pixels.len().div_ceil(SAMPLE).max(1);
-        let candidates = view.pixels.iter().zip(&spread.values).step_by(stride);
         let mut histogram = Histogram::new();
-        match self {
-            // What is undefined counts as 0: nobody stops by it.
-            Self::Threshold(lambda) => lambda.max(0.0),
-            Self::Tolerance(t) => {
-                for (p, &spread) in candidates {
+        for (p, &spread) in view.pixels.iter().zip(&spread.values).step_by(stride) {
+            match self {
+                Self::Threshold(_) => break,
+                Self::Tolerance(_) => {
                     let error = f64::from(p.perceived_error) * view.error_scale * f64::from(p.count).sqrt();
                     histogram.add(p.count, spread, bounds, |n| error / f64::from(n).sqrt());
                 }
-                histogram.threshold(t, true)
-            }
-            Self::Average(n) => {
-                for (p, &spread) in candidates {
-                    histogram.add(p.count, spread, bounds, f64::from);
-                }
-                histogram.threshold(n, false)
+                Self::Average(_) => histogram.add(p.count, spread, bounds, f64::from),
             }
         }
+        goals.map(|goal| match goal {
+            // What is undefined counts as 0: nobody stops by it.
+            Self::Threshold(lambda) => lambda.max(0.0),
+            Self::Tolerance(t) => histogram.threshold(t, true),
+            Self::Average(n) => histogram.threshold(n, false),
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::Statistics;
 
     fn view(counts: &[u32], perceived_error: f32) -> View {
         let pixels = counts.iter().map(|&count| Statistics { count, perceived_error, ..Statistics::EMPTY });

@@ -45,7 +45,8 @@ fn leaks(geometry: Geometry, to_world: Option<Mat4>) -> (u32, u32) {
         None => d.shapes = vec![shape(geometry)],
         Some(transform) => {
             d.objects = vec![ObjectDefinition { name: String::new(), shapes: vec![shape(geometry)] }];
-            d.instances = vec![Instance { object: 0, object_to_world: Affine3A::from_mat4(transform) }];
+            d.instances =
+                vec![Instance { object: 0, object_to_world: Affine3A::from_mat4(transform), end: None }];
         }
     }
     let scene = Scene::build(d, BuildOptions::default()).expect("the scene builds");
@@ -54,7 +55,7 @@ fn leaks(geometry: Geometry, to_world: Option<Mat4>) -> (u32, u32) {
     for face in 0..faces as u32 {
         for [u, v] in places() {
             let hit = SurfaceHit { shape: 0, instance, face, u, v };
-            let point = scene.surface_point::<{ Needs::all().bits() }>(&hit, Vec3::ZERO, Vec3::Z, 1.0);
+            let point = scene.surface_point::<{ Needs::all().bits() }>(&hit, Vec3::ZERO, Vec3::Z, 1.0, 0.0);
             for w in directions(40).filter(|w| w.dot(point.ng) < -1e-3) {
                 let mut query = RayHit::new(Ray::new(point.ray_origin(w).to_array(), w.to_array()));
                 scene.embree().intersect(&mut query);

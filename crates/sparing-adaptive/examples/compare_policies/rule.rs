@@ -186,7 +186,7 @@ impl Policy for Rule {
         let pooled = own.values.iter().zip(&around.values).zip(plan);
         let values = pooled.map(|((own, around), plan)| (OWN * own).max(*around).max(*plan)).collect();
         let spread = Plane { values, ..own };
-        let lambda = self.goal.threshold(view, &spread, bounds);
+        let [lambda, _] = self.goal.thresholds(view, &spread, bounds);
         let next = |count: u32| match self.step {
             Step::Half if count.is_power_of_two() => count / 2 * 3,
             Step::Half => count / 3 * 4,

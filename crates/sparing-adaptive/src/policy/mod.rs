@@ -1,5 +1,6 @@
 //! Policies: who gets more samples. One file each.
 
+mod approach;
 mod half_buffer;
 mod memory;
 pub mod paper;

@@ -38,7 +38,8 @@ impl Policy for Planned {
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let (view, bounds) = (barrier.view(), bounds_of(barrier.bounds));
         let plan = barrier.plan(RADIUS);
-        let lambda = self.goal.threshold(view, plan, bounds);
+        // The plan does not change: nothing is found later.
+        let [_, lambda] = self.goal.thresholds(view, plan, bounds);
         let mut decisions = Decisions { lambda: Some(lambda), ..Decisions::default() };
         for (pixel, &spread) in view.pixels.iter().zip(&plan.values) {
             let go_on = pixel.count < planned(spread, lambda, bounds);

@@ -1,7 +1,8 @@
 //! A support vector machine decides where the pooled rule is in doubt.
 
+use super::approach::approach;
 use super::memory::Memory;
-use super::threshold::{PLAN_RADIUS, decision_value};
+use super::threshold::PLAN_RADIUS;
 use super::{Barrier, Decisions, Policy, Threshold, doubled};
 use crate::features::{self, FeatureMatrix, Query};
 use crate::goal::{Goal, planned};
@@ -64,11 +65,6 @@ impl Svm {
     }
 }
 
-/// The threshold falls to this share of it where no pixel goes on, so many times at most: at the last, what the machine declines first is
-/// far above its band.
-const LESS: f64 = 0.8;
-const MOST_TRIES: usize = 8;
-
 /// The machine is asked at thresholds 5 % apart: a goal's threshold hardly moves at late barriers, and what was asked before is
 /// not asked again.
 fn on_grid(lambda: f64) -> f64 {
@@ -87,18 +83,8 @@ impl Policy for Svm {
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let view = barrier.view();
         let spread = self.rule.spread(barrier);
-        let mut lambda = self.rule.goal.threshold(view, &spread, barrier.bounds);
-        let mut decisions = self.decide_at(lambda, barrier, &spread);
-        // The machine may decline all that a goal in samples or error still asks for: then others are worth more than was thought.
-        let given = matches!(self.rule.goal, Goal::Threshold(_));
-        for _ in 0..if given || !lambda.is_finite() { 0 } else { MOST_TRIES } {
-            if view.pixels.iter().zip(&decisions.targets).any(|(p, target)| *target > p.count) {
-                break;
-            }
-            lambda *= LESS;
-            decisions = self.decide_at(lambda, barrier, &spread);
-        }
-        decisions
+        let goal = self.rule.goal;
+        approach(goal, view, &spread, barrier.bounds, |lambda| self.decide_at(lambda, barrier, &spread))
     }
 }
 
@@ -108,12 +94,13 @@ impl Svm {
         let asked_at = on_grid(lambda);
         let plan = &barrier.plan(PLAN_RADIUS).values;
         let band = self.band;
+        let shift = if asked_at == lambda { 0.0 } else { (asked_at / lambda).ln() };
         // Target, decision value, and where the machine is to be asked the gain. Nothing is asked about pixels that have the
         // most or less than their plan.
         let judged: Vec<(u32, f32, Option<f64>)> = (view.pixels.par_iter().zip(&spread.values).zip(plan))
             .map(|((p, &spread), &plan)| {
                 let log_gain = features::log_gain(spread, p.count, asked_at);
-                let value = decision_value(f64::from(spread) / f64::from(p.count.max(1)), lambda);
+                let value = ((log_gain + shift) * std::f64::consts::LOG2_E).clamp(-64.0, 64.0) as f32;
                 let open = p.count < bounds.max_spp && p.count >= planned(plan, lambda, bounds);
                 let go_on = if open { log_gain > band.go_on } else { value > 0.0 } && spread > 0.0;
                 let target = if go_on { doubled(p.count, bounds) } else { p.count };

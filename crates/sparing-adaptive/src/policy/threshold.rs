@@ -1,5 +1,6 @@
 //! One line: continue while the estimated error's marginal gain exceeds a threshold.
 
+use super::approach::approach;
 use super::{Barrier, Decisions, Policy, doubled};
 use crate::goal::Goal;
 use crate::pooling::Plane;
@@ -62,18 +63,18 @@ impl Policy for Threshold {
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions {
         let view = barrier.view();
         let spread = self.spread(barrier);
-        let lambda = self.goal.threshold(view, &spread, barrier.bounds);
         let bounds = barrier.bounds;
-        let pixels = view.pixels.par_iter().zip(&spread.values);
-        let decide = |(pixel, &spread): (&Statistics, &f32)| {
-            let gain = f64::from(spread) / f64::from(pixel.count.max(1));
-            // Zero spread never continues, whatever lambda.
-            let go_on = gain > lambda && spread > 0.0;
-            let target = if go_on { doubled(pixel.count, bounds) } else { pixel.count };
-            (target, decision_value(gain, lambda))
-        };
-        let (targets, values) = pixels.map(decide).unzip();
-        Decisions { targets, values, lambda: Some(lambda) }
+        approach(self.goal, view, &spread, bounds, |lambda| {
+            let decide = |(pixel, &spread): (&Statistics, &f32)| {
+                let gain = f64::from(spread) / f64::from(pixel.count.max(1));
+                // Zero spread never continues, whatever lambda.
+                let go_on = gain > lambda && spread > 0.0;
+                let target = if go_on { doubled(pixel.count, bounds) } else { pixel.count };
+                (target, decision_value(gain, lambda))
+            };
+            let (targets, values) = view.pixels.par_iter().zip(&spread.values).map(decide).unzip();
+            Decisions { targets, values, lambda: Some(lambda) }
+        })
     }
 }
 
