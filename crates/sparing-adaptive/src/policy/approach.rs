@@ -1,6 +1,7 @@
 //! How a ranking policy approaches its goal, barrier by barrier.
 
 use super::Decisions;
+use crate::budget::afford;
 use crate::goal::{Bounds, Goal};
 use crate::pooling::Plane;
 use crate::view::View;
@@ -12,7 +13,8 @@ const LEAST: f64 = 0.125;
 const LESS: f64 = 0.8;
 const MOST_TRIES: usize = 8;
 
-/// Decides by the threshold for the next layer, or by a lower one if hardly any pixel would go on and the goal is not reached.
+/// Decides by the threshold for the next layer, or by a lower one if hardly any pixel would go on and the goal is not reached. A
+/// layer takes no more samples than are left; those that are worth most go first.
 pub(super) fn approach(
     goal: Goal,
     view: &View,
@@ -22,7 +24,8 @@ pub(super) fn approach(
 ) -> Decisions {
     let [mut lambda, whole] = goal.thresholds(view, spread, bounds);
     let mut decisions = decide(lambda);
-    let least = LEAST * goal.samples_left(view);
+    let left = goal.samples_left(view);
+    let least = LEAST * left;
     for _ in 0..MOST_TRIES {
         let taken = samples(view, &decisions);
         if (taken > 0.0 && taken >= least) || least == 0.0 || !lambda.is_finite() {
@@ -30,6 +33,11 @@ pub(super) fn approach(
         }
         lambda = whole.min(LESS * lambda);
         decisions = decide(lambda);
+    }
+    if left > 0.0 {
+        // Where many pixels are worth nearly the same, the next threshold can be far beyond the goal.
+        let counts: Vec<u32> = view.pixels.iter().map(|p| p.count).collect();
+        afford(&mut decisions, &counts, left.ceil() as u64);
     }
     decisions
 }
@@ -39,4 +47,60 @@ fn samples(view: &View, decisions: &Decisions) -> f64 {
     let missing =
         view.pixels.iter().zip(&decisions.targets).map(|(p, t)| u64::from(t.saturating_sub(p.count)));
     missing.sum::<u64>() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::Statistics;
+
+    const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 64 };
+
+    /// A hundred pixels of 8 samples, and their spreads: 100, 99 ..
+    fn scene() -> (View, Plane) {
+        let pixel = Statistics { count: 8, perceived_error: 2.0, ..Statistics::EMPTY };
+        let view = View { width: 100, height: 1, exposure: 1.0, error_scale: 1.0, pixels: vec![pixel; 100] };
+        let values = (0..100_u8).map(|i| 100.0 - f32::from(i)).collect();
+        (view, Plane { width: 100, height: 1, values })
+    }
+
+    /// Sends on those whose gain exceeds `factor` lambda; gives the thresholds asked, and the pixels that go on.
+    fn run(goal: Goal, factor: f64) -> (Vec<f64>, usize) {
+        let (view, spread) = scene();
+        let mut asked = Vec::new();
+        let decisions = approach(goal, &view, &spread, BOUNDS, |lambda| {
+            asked.push(lambda);
+            let gains: Vec<f64> = spread.values.iter().map(|s| f64::from(*s) / 8.0).collect();
+            Decisions {
+                targets: gains.iter().map(|g| if *g > factor * lambda { 16 } else { 8 }).collect(),
+                values: gains.iter().map(|g| (g / lambda).log2() as f32).collect(),
+                lambda: Some(lambda),
+            }
+        });
+        (asked, decisions.targets.iter().filter(|t| **t > 8).count())
+    }
+
+    #[test]
+    fn thresholds_are_asked_once() {
+        for factor in [0.0, 1.0, 1e9] {
+            assert_eq!(run(Goal::Threshold(5.0), factor).0, [5.0]);
+        }
+    }
+
+    #[test]
+    fn a_layer_takes_no_more_than_is_left() {
+        // 12 samples on average: 4 for each of 100 pixels are left, less half a per cent.
+        for factor in [0.0, 0.1] {
+            assert_eq!(run(Goal::Average(12.0), factor).1, 49, "{factor}");
+        }
+    }
+
+    #[test]
+    fn the_threshold_falls_until_pixels_go_on() {
+        let (asked, going) = run(Goal::Average(32.0), 3.0);
+        assert!(asked.len() > 1 && asked.is_sorted_by(|a, b| a > b), "{asked:?}");
+        assert!(going >= 30, "{going}: an eighth of what is left");
+        let (asked, going) = run(Goal::Average(32.0), 1e9);
+        assert!(asked.len() == 1 + MOST_TRIES && going == 0, "{asked:?}: it ends");
+    }
 }
