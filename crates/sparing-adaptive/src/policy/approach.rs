@@ -37,7 +37,10 @@ pub(super) fn approach(
     if left > 0.0 {
         // Where many pixels are worth nearly the same, the next threshold can be far beyond the goal.
         let counts: Vec<u32> = view.pixels.iter().map(|p| p.count).collect();
-        afford(&mut decisions, &counts, left.ceil() as u64);
+        if afford(&mut decisions, &counts, left.ceil() as u64) {
+            // Not all that the threshold asks for is done: plans stay those of the one before.
+            decisions.lambda = Some(f64::INFINITY);
+        }
     }
     decisions
 }
@@ -64,8 +67,8 @@ mod tests {
         (view, Plane { width: 100, height: 1, values })
     }
 
-    /// Sends on those whose gain exceeds `factor` lambda; gives the thresholds asked, and the pixels that go on.
-    fn run(goal: Goal, factor: f64) -> (Vec<f64>, usize) {
+    /// Sends on those whose gain exceeds `factor` lambda; gives the thresholds asked, the pixels that go on, and the last threshold.
+    fn run(goal: Goal, factor: f64) -> (Vec<f64>, usize, Option<f64>) {
         let (view, spread) = scene();
         let mut asked = Vec::new();
         let decisions = approach(goal, &view, &spread, BOUNDS, |lambda| {
@@ -77,7 +80,7 @@ mod tests {
                 lambda: Some(lambda),
             }
         });
-        (asked, decisions.targets.iter().filter(|t| **t > 8).count())
+        (asked, decisions.targets.iter().filter(|t| **t > 8).count(), decisions.lambda)
     }
 
     #[test]
@@ -91,16 +94,17 @@ mod tests {
     fn a_layer_takes_no_more_than_is_left() {
         // 12 samples on average: 4 for each of 100 pixels are left, less half a per cent.
         for factor in [0.0, 0.1] {
-            assert_eq!(run(Goal::Average(12.0), factor).1, 49, "{factor}");
+            let (_, going, lambda) = run(Goal::Average(12.0), factor);
+            assert_eq!((going, lambda), (49, Some(f64::INFINITY)), "{factor}");
         }
     }
 
     #[test]
     fn the_threshold_falls_until_pixels_go_on() {
-        let (asked, going) = run(Goal::Average(32.0), 3.0);
+        let (asked, going, _) = run(Goal::Average(32.0), 3.0);
         assert!(asked.len() > 1 && asked.is_sorted_by(|a, b| a > b), "{asked:?}");
         assert!(going >= 30, "{going}: an eighth of what is left");
-        let (asked, going) = run(Goal::Average(32.0), 1e9);
+        let (asked, going, _) = run(Goal::Average(32.0), 1e9);
         assert!(asked.len() == 1 + MOST_TRIES && going == 0, "{asked:?}: it ends");
     }
 }
