@@ -40,6 +40,9 @@ pub(super) fn approach(
         if afford(&mut decisions, &counts, left.ceil() as u64) {
             // Not all that the threshold asks for is done: plans stay those of the one before.
             decisions.lambda = Some(f64::INFINITY);
+            for ((value, target), count) in decisions.values.iter_mut().zip(&decisions.targets).zip(&counts) {
+                *value = if target > count { *value } else { value.min(0.0) };
+            }
         }
     }
     decisions
