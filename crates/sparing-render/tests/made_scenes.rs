@@ -56,7 +56,7 @@ fn every_guard_renders() {
         assert!(pixels.iter().any(|p| luminance(*p) > 0.0), "{} is black", path.display());
         count += 1;
     }
-    assert_eq!(count, 8);
+    assert_eq!(count, 9);
 }
 
 #[test]
