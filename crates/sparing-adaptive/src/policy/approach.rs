@@ -28,7 +28,8 @@ pub(super) fn approach(
     let least = LEAST * left;
     for _ in 0..MOST_TRIES {
         let taken = samples(view, &decisions);
-        if (taken > 0.0 && taken >= least) || least == 0.0 || !lambda.is_finite() {
+        // At 0 all go on that can: nothing lower is left.
+        if (taken > 0.0 && taken >= least) || least == 0.0 || lambda == 0.0 || !lambda.is_finite() {
             break;
         }
         lambda = whole.min(LESS * lambda);
@@ -90,6 +91,10 @@ mod tests {
     fn thresholds_are_asked_once() {
         for factor in [0.0, 1.0, 1e9] {
             assert_eq!(run(Goal::Threshold(5.0), factor).0, [5.0]);
+        }
+        for goal in [Goal::Tolerance(0.0), Goal::Average(1e9)] {
+            let (asked, going, _) = run(goal, 1.0);
+            assert_eq!((&asked[..], going), (&[0.0][..], 100), "{goal:?}: out of reach");
         }
     }
 
