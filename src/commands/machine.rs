@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn the_model_in_the_program_is_sound() {
         let machine = shipped().expect("the model in the program");
-        assert!((1..=256).contains(&machine.vectors()));
+        assert!((1..=256).contains(&machine.classifier().vectors()));
     }
 
     #[test]

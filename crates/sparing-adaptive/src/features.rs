@@ -6,6 +6,7 @@
 
 use crate::policy::own_spread;
 use crate::view::{Statistics, View};
+use multiversion::multiversion;
 use rayon::prelude::*;
 use sparing_image::color::{fast, luminance, rgb_to_lab};
 
@@ -122,6 +123,28 @@ impl Feature {
         }
     }
 
+    /// For features that are logarithms: what is added before, so that black and even pixels have finite ones.
+    fn floor(self) -> Option<f64> {
+        match self {
+            Self::RelativeError | Self::Luminance => Some(1e-4),
+            Self::ChannelError => Some(1e-5),
+            Self::Peak | Self::PeakMean | Self::PeakMax | Self::NeighbourDistance => Some(1e-2),
+            Self::PerceivedError
+            | Self::HalfDifference
+            | Self::SpreadMean
+            | Self::SpreadMax
+            | Self::PerceivedMean
+            | Self::PerceivedMax => Some(1e-3),
+            Self::Count
+            | Self::Lightness
+            | Self::GreenRed
+            | Self::BlueYellow
+            | Self::Zeros
+            | Self::Gain
+            | Self::PlanGain => None,
+        }
+    }
+
     /// The feature of a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -137,6 +160,15 @@ pub fn log_gain(spread: f32, count: u32, lambda: f64) -> f64 {
     }
     // lambda is 0 or infinite where a goal is beyond reach or reached.
     (f64::from(spread) / f64::from(count.max(1)) / lambda).ln().clamp(-MOST_LOG_GAIN, MOST_LOG_GAIN)
+}
+
+/// [`log_gain`] to 1e-9, in half the time.
+pub(crate) fn rough_log_gain(spread: f32, count: u32, lambda: f64) -> f64 {
+    if spread <= 0.0 {
+        return -MOST_LOG_GAIN;
+    }
+    let ratio = f64::from(spread) / f64::from(count.max(1)) / lambda;
+    ln(ratio.clamp(1e-30, 1e30)).clamp(-MOST_LOG_GAIN, MOST_LOG_GAIN)
 }
 
 /// Largest magnitude of [`log_gain`].
@@ -170,16 +202,33 @@ impl FeatureMatrix {
     #[must_use]
     pub fn new(view: &View, queries: &[Query], features: &[Feature]) -> Self {
         let mut values = vec![0.0; queries.len() * features.len()];
-        if !features.is_empty() {
-            let wanted = Wanted::by(features);
-            values.par_chunks_mut(features.len()).zip(queries).with_min_len(64).for_each(|(row, query)| {
-                let around = Around::new(view, query.pixel, wanted);
-                for (value, feature) in row.iter_mut().zip(features) {
-                    *value = around.value(*feature, query);
-                }
-            });
-        }
+        let parts = values.par_chunks_mut(ROWS * features.len().max(1)).zip(queries.par_chunks(ROWS));
+        parts.for_each(|(rows, queries)| fill_rows(view, queries, features, rows));
         Self { features: features.len(), values }
+    }
+}
+
+/// Rows that are computed together.
+const ROWS: usize = 64;
+
+/// Writes these features of these pixels, a row each, by this thread alone.
+pub(crate) fn fill_rows(view: &View, queries: &[Query], features: &[Feature], rows: &mut [f64]) {
+    let (wanted, width) = (Wanted::by(features), features.len());
+    // A feature at a time, so that logarithms are vector code.
+    let mut columns = vec![[0.0; ROWS]; width];
+    for (queries, rows) in queries.chunks(ROWS).zip(rows.chunks_mut(ROWS * width.max(1))) {
+        for (i, query) in queries.iter().enumerate() {
+            let around = Around::new(view, query.pixel, wanted);
+            for (column, feature) in columns.iter_mut().zip(features) {
+                column[i] = around.value(*feature, query);
+            }
+        }
+        for (f, (column, feature)) in columns.iter_mut().zip(features).enumerate() {
+            if let Some(floor) = feature.floor() {
+                logs(&mut column[..queries.len()], floor);
+            }
+            rows.iter_mut().skip(f).step_by(width).zip(&*column).for_each(|(out, value)| *out = *value);
+        }
     }
 }
 
@@ -255,33 +304,34 @@ impl<'a> Around<'a> {
         Self { own: &view.pixels[pixel], mean, spread, perceived, peak }
     }
 
+    /// A feature; of those that are logarithms, what the logarithm is taken of, without the floor.
     fn value(&self, feature: Feature, query: &Query) -> f64 {
         let p = self.own;
         match feature {
             Feature::Count => f64::from(p.count.max(1)).ln(),
-            Feature::RelativeError => log(f64::from(p.relative_error) * root(p), 1e-4),
+            Feature::RelativeError => f64::from(p.relative_error) * root(p),
             Feature::ChannelError => {
                 let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
-                log(squares.sqrt() * root(p), 1e-5)
+                squares.sqrt() * root(p)
             }
-            Feature::PerceivedError => log(f64::from(p.perceived_error) * root(p), 1e-3),
-            Feature::HalfDifference => log(f64::from(p.perceived_half_difference) * root(p), 1e-3),
+            Feature::PerceivedError => f64::from(p.perceived_error) * root(p),
+            Feature::HalfDifference => f64::from(p.perceived_half_difference) * root(p),
             Feature::Lightness => p.lab[0].into(),
             Feature::GreenRed => p.lab[1].into(),
             Feature::BlueYellow => p.lab[2].into(),
-            Feature::Luminance => log(luminance(p.mean), 1e-4),
-            Feature::Peak => log(f64::from(p.peak), 1e-2),
-            Feature::Zeros => f64::from(p.zeros),
-            Feature::SpreadMean => log(self.spread.mean, 1e-3),
-            Feature::SpreadMax => log(self.spread.max, 1e-3),
-            Feature::PerceivedMean => log(self.perceived.mean, 1e-3),
-            Feature::PerceivedMax => log(self.perceived.max, 1e-3),
-            Feature::PeakMean => log(self.peak.mean, 1e-2),
-            Feature::PeakMax => log(self.peak.max, 1e-2),
+            Feature::Luminance => luminance(p.mean),
+            Feature::Peak => p.peak.into(),
+            Feature::Zeros => p.zeros.into(),
+            Feature::SpreadMean => self.spread.mean,
+            Feature::SpreadMax => self.spread.max,
+            Feature::PerceivedMean => self.perceived.mean,
+            Feature::PerceivedMax => self.perceived.max,
+            Feature::PeakMean => self.peak.mean,
+            Feature::PeakMax => self.peak.max,
             Feature::NeighbourDistance => {
                 let mean = fast::rgb_to_lab(self.mean.map(|x| x.clamp(0.0, 1.0) as f32));
                 let squares: f32 = p.lab.iter().zip(mean).map(|(a, b)| (a - b) * (a - b)).sum();
-                log(squares.sqrt().into(), 1e-2)
+                squares.sqrt().into()
             }
             Feature::Gain => query.log_gain,
             // A plan of nothing says nothing beyond the band.
@@ -290,13 +340,17 @@ impl<'a> Around<'a> {
     }
 }
 
-/// Logarithm, from a floor on: what is smaller does not matter.
-fn log(x: f64, floor: f64) -> f64 {
-    ln((x + floor).clamp(floor, 1e30))
+/// Logarithms, from a floor on: what is smaller does not matter. No fused operations: the same bits on every machine.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl+avx2", "x86_64+avx2"))]
+fn logs(values: &mut [f64], floor: f64) {
+    for v in values {
+        *v = ln((*v + floor).max(floor).min(1e30));
+    }
 }
 
 /// The natural logarithm of a positive normal number, to 1e-9: by 2 artanh((m - 1) / (m + 1)) of the mantissa m between
 /// the roots of 1/2 and 2. Several times faster than the library's, and the same on every machine.
+#[inline(always)]
 fn ln(x: f64) -> f64 {
     const ROOT: u64 = std::f64::consts::FRAC_1_SQRT_2.to_bits();
     let shifted = x.to_bits().wrapping_sub(ROOT);

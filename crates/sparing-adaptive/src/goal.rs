@@ -6,6 +6,7 @@
 
 use crate::pooling::Plane;
 use crate::view::View;
+use std::ops::Range;
 
 /// What to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +63,14 @@ pub fn predicted_error(view: &View) -> f64 {
 
 /// What pixels would do at every threshold: changes of a sum by the gain at which a pixel doubles. Bins are the bits of
 /// the gain as f32, whose order is that of the numbers: 128 an octave, so that the threshold is found to 0.8 %.
+///
+/// With each doubling of a pixel the gain halves, which is an octave of bins, and the change of the sum is `ratio` times the one before.
+/// So only where a pixel's doublings begin and end is written down.
 struct Histogram {
     bins: Vec<f64>,
+    /// Those that hold anything.
+    used: Range<usize>,
+    ratio: f64,
     /// The sum if no pixel goes on.
     start: f64,
     pixels: usize,
@@ -71,41 +78,63 @@ struct Histogram {
 
 impl Histogram {
     const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - 7;
+    const OCTAVE: usize = 1 << 7;
 
-    fn new() -> Self {
-        Self { bins: vec![0.0; (f32::INFINITY.to_bits() >> Self::SHIFT) as usize + 1], start: 0.0, pixels: 0 }
+    fn new(ratio: f64) -> Self {
+        let bins = vec![0.0; (f32::INFINITY.to_bits() >> Self::SHIFT) as usize + 1];
+        Self { used: bins.len()..0, bins, ratio, start: 0.0, pixels: 0 }
     }
 
-    /// Adds a pixel that has `count` samples and this spread: `value` gives its part of the sum at a count.
-    fn add(&mut self, count: u32, spread: f32, bounds: Bounds, value: impl Fn(u32) -> f64) {
-        let mut n = count.max(bounds.min_spp).max(1);
-        let mut last = value(n);
-        self.start += last;
+    /// Adds a pixel that has `count` samples and this spread: `value` gives its part of the sum at a count, and must change
+    /// by `ratio` as much with each doubling.
+    fn add(&mut self, count: u32, spread: f32, bounds: Bounds, value: impl Fn(f64) -> f64) {
+        let n = count.max(bounds.min_spp).max(1);
+        let now = value(f64::from(n));
+        self.start += now;
         self.pixels += 1;
-        while n < bounds.max_spp && spread > 0.0 {
-            let gain = spread / n as f32;
-            n = n.saturating_mul(2).min(bounds.max_spp);
-            let next = value(n);
-            self.bins[(gain.to_bits() >> Self::SHIFT) as usize] += next - last;
-            last = next;
+        if n >= bounds.max_spp || spread <= 0.0 {
+            return;
         }
+        let doublings = (bounds.max_spp / n).ilog2();
+        let most = value(f64::from(bounds.max_spp));
+        let first = ((spread / n as f32).to_bits() >> Self::SHIFT) as usize;
+        // A gain that no f32 holds is none.
+        let Some(last) = first.checked_sub(doublings as usize * Self::OCTAVE) else { return };
+        let reached = f64::from(n) * f64::from(1_u32 << doublings);
+        if doublings == 0 {
+            self.bins[first] += most - now;
+        } else {
+            self.bins[first] += value(2.0 * f64::from(n)) - now;
+            // What is left up to the most, in place of another doubling.
+            self.bins[last] += most - value(2.0 * reached);
+        }
+        // And nothing after it.
+        if let Some(after) = last.checked_sub(Self::OCTAVE) {
+            self.bins[after] -= self.ratio * (most - value(reached));
+        }
+        self.used = self.used.start.min(last.saturating_sub(Self::OCTAVE))..self.used.end.max(first + 1);
     }
 
-    /// The largest threshold at which the mean has passed `goal`, from above if `falling`.
-    fn threshold(&self, goal: f64, falling: bool) -> f64 {
-        let goal = goal * self.pixels as f64;
-        let reached = |sum: f64| if falling { sum <= goal } else { sum >= goal };
-        let mut sum = self.start;
-        if reached(sum) {
-            return f64::INFINITY;
+    /// The largest thresholds at which the mean has passed each goal, from above if `falling`.
+    fn thresholds<const N: usize>(mut self, goals: [f64; N], falling: bool) -> [f64; N] {
+        for bin in self.used.clone().rev() {
+            self.bins[bin] += self.ratio * self.bins.get(bin + Self::OCTAVE).copied().unwrap_or(0.0);
         }
-        for (bin, change) in self.bins.iter().enumerate().rev() {
-            sum += change;
+        goals.map(|goal| {
+            let goal = goal * self.pixels as f64;
+            let reached = |sum: f64| if falling { sum <= goal } else { sum >= goal };
+            let mut sum = self.start;
             if reached(sum) {
-                return f32::from_bits((bin as u32) << Self::SHIFT).into();
+                return f64::INFINITY;
             }
-        }
-        0.0
+            for bin in self.used.clone().rev() {
+                sum += self.bins[bin];
+                if reached(sum) {
+                    return f32::from_bits((bin as u32) << Self::SHIFT).into();
+                }
+            }
+            0.0
+        })
     }
 }
 
@@ -175,23 +204,29 @@ impl Goal {
         bounds: Bounds,
     ) -> [f64; N] {
         let stride = view.pixels.len().div_ceil(SAMPLE).max(1);
-        let mut histogram = Histogram::new();
-        for (p, &spread) in view.pixels.iter().zip(&spread.values).step_by(stride) {
-            match self {
-                Self::Threshold(_) => break,
-                Self::Tolerance(_) => {
+        let pixels = || view.pixels.iter().zip(&spread.values).step_by(stride);
+        match self {
+            // What is undefined counts as 0: nobody stops by it.
+            Self::Threshold(_) => goals.map(|goal| goal.number().max(0.0)),
+            Self::Average(_) => {
+                let mut histogram = Histogram::new(2.0);
+                pixels().for_each(|(p, spread)| histogram.add(p.count, *spread, bounds, |n| n));
+                histogram.thresholds(goals.map(Self::number), false)
+            }
+            Self::Tolerance(_) => {
+                let mut histogram = Histogram::new(std::f64::consts::FRAC_1_SQRT_2);
+                for (p, spread) in pixels() {
                     let error = f64::from(p.perceived_error) * view.error_scale * f64::from(p.count).sqrt();
-                    histogram.add(p.count, spread, bounds, |n| error / f64::from(n).sqrt());
+                    histogram.add(p.count, *spread, bounds, |n| error / n.sqrt());
                 }
-                Self::Average(_) => histogram.add(p.count, spread, bounds, f64::from),
+                histogram.thresholds(goals.map(Self::number), true)
             }
         }
-        goals.map(|goal| match goal {
-            // What is undefined counts as 0: nobody stops by it.
-            Self::Threshold(lambda) => lambda.max(0.0),
-            Self::Tolerance(t) => histogram.threshold(t, true),
-            Self::Average(n) => histogram.threshold(n, false),
-        })
+    }
+
+    fn number(self) -> f64 {
+        let (Self::Threshold(x) | Self::Average(x) | Self::Tolerance(x)) = self;
+        x
     }
 }
 
@@ -220,6 +255,69 @@ mod tests {
             assert_eq!(next(Goal::Tolerance(1.0), &[8], error), Goal::Tolerance(1.0));
         }
         assert_eq!(next(Goal::Threshold(0.3), &[8], 2.0), Goal::Threshold(0.3));
+    }
+
+    /// What [`Histogram`] shortens: all doublings of all pixels, the largest gain first.
+    fn threshold_by_sorting(pixels: &[(u32, f32, f64)], bounds: Bounds, goal: f64, falling: bool) -> f64 {
+        let value = |error: f64, n: u32| if falling { error / f64::from(n).sqrt() } else { n.into() };
+        let mut sum: f64 = pixels.iter().map(|(n, _, e)| value(*e, *n)).sum();
+        let mut changes = Vec::new();
+        for &(count, spread, error) in pixels {
+            let mut n = count;
+            while n < bounds.max_spp && spread > 0.0 {
+                let next = n.saturating_mul(2).min(bounds.max_spp);
+                changes.push((spread / n as f32, value(error, next) - value(error, n)));
+                n = next;
+            }
+        }
+        changes.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let goal = goal * pixels.len() as f64;
+        let reached = |sum: f64| if falling { sum <= goal } else { sum >= goal };
+        if reached(sum) {
+            return f64::INFINITY;
+        }
+        for (gain, change) in changes {
+            sum += change;
+            if reached(sum) {
+                return gain.into();
+            }
+        }
+        0.0
+    }
+
+    #[test]
+    fn thresholds_are_those_of_all_doublings_sorted() {
+        let mut random = testkit::svm_data::Random::new(5);
+        for max_spp in [64, 100, 1000, 4096] {
+            let bounds = Bounds { min_spp: 8, max_spp };
+            for _ in 0..20 {
+                let pixel = |_| {
+                    let count = (8_u32 << (random.uniform() * 6.0) as u32).min(max_spp);
+                    let spread = if random.uniform() < 0.1 {
+                        0.0
+                    } else {
+                        10_f32.powf(random.uniform() as f32 * 8.0 - 4.0)
+                    };
+                    (count, spread, 0.2 * f64::from(spread))
+                };
+                let pixels: Vec<(u32, f32, f64)> = (0..500).map(pixel).collect();
+                for falling in [false, true] {
+                    let mut histogram =
+                        Histogram::new(if falling { std::f64::consts::FRAC_1_SQRT_2 } else { 2.0 });
+                    for &(count, spread, error) in &pixels {
+                        histogram.add(count, spread, bounds, |n| if falling { error / n.sqrt() } else { n });
+                    }
+                    let [start, pixels_added] = [histogram.start, histogram.pixels as f64];
+                    let goals = [0.0, 0.01, 0.5, 0.9, 1.1, 2.0, 8.0, 1e9].map(|f| f * start / pixels_added);
+                    for (found, goal) in histogram.thresholds(goals, falling).into_iter().zip(goals) {
+                        let sorted = threshold_by_sorting(&pixels, bounds, goal, falling);
+                        // A bin begins at most 0.8 % below what is in it.
+                        let same = found == sorted || (found <= sorted && found >= sorted / 1.008);
+                        assert!(same, "{max_spp} {falling} {goal}: {found} {sorted}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

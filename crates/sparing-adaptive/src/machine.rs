@@ -1,6 +1,7 @@
 //! A support vector machine ready to decide about pixels: the model, what its features are, how they are scaled.
 
-use crate::features::{Feature, FeatureMatrix};
+use crate::features::{Feature, FeatureMatrix, Query, fill_rows};
+use crate::view::View;
 use rayon::prelude::*;
 use sparing_svm::model::ReadOptions;
 use sparing_svm::{Card, Evaluator, Model, Scaling, SvmError};
@@ -17,8 +18,8 @@ pub enum MachineError {
     Unfit(String),
 }
 
-/// Rows that one task scales and evaluates.
-const BATCH: usize = 256;
+/// Rows that are computed, scaled and evaluated together.
+const BATCH: usize = 128;
 
 /// A model of two classes, +1 for pixels that go on, with the scaling of its features. Shared by threads as it is.
 #[derive(Clone, Debug)]
@@ -71,14 +72,18 @@ impl Classifier {
         let width = matrix.features.max(1);
         let mut rows = matrix.values;
         let mut out = vec![0.0; rows.len() / width];
-        rows.par_chunks_mut(BATCH * width).zip(out.par_chunks_mut(BATCH)).for_each(|(rows, out)| {
-            for row in rows.chunks_exact_mut(width) {
-                scale(&self.scaling, row);
-            }
-            self.evaluator.decide(rows, out);
-            out.iter_mut().for_each(|v| *v *= self.sign);
-        });
+        let parts = rows.par_chunks_mut(BATCH * width).zip(out.par_chunks_mut(BATCH));
+        parts.for_each(|(rows, out)| self.decide_rows(rows, out));
         out
+    }
+
+    /// The same by this thread alone; scales the rows in place.
+    fn decide_rows(&self, rows: &mut [f64], out: &mut [f64]) {
+        for row in rows.chunks_exact_mut(self.scaling.features.len().max(1)) {
+            scale(&self.scaling, row);
+        }
+        self.evaluator.decide(rows, out);
+        out.iter_mut().for_each(|v| *v *= self.sign);
     }
 }
 
@@ -129,19 +134,26 @@ impl Machine {
         &self.features
     }
 
-    /// Number of support vectors.
+    /// What decides by features.
     #[must_use]
-    pub fn vectors(&self) -> usize {
-        self.classifier.vectors()
+    pub fn classifier(&self) -> &Classifier {
+        &self.classifier
     }
 
-    /// [`Classifier::decide`].
+    /// The decision values of pixels, positive for those that go on, by this thread alone: features, scaling and machine a
+    /// batch at a time, so that rows stay in the cache.
     ///
     /// # Panics
-    /// When the matrix has other features.
-    #[must_use]
-    pub fn decide(&self, matrix: FeatureMatrix) -> Vec<f64> {
-        self.classifier.decide(matrix)
+    /// When there are not as many values as queries, or a query is outside of the view.
+    pub fn decide(&self, view: &View, queries: &[Query], values: &mut [f64]) {
+        assert_eq!(queries.len(), values.len(), "one value a query");
+        let width = self.features.len();
+        let mut rows = vec![0.0; width * BATCH.min(queries.len())];
+        for (queries, values) in queries.chunks(BATCH).zip(values.chunks_mut(BATCH)) {
+            let rows = &mut rows[..width * queries.len()];
+            fill_rows(view, queries, &self.features, rows);
+            self.classifier.decide_rows(rows, values);
+        }
     }
 }
 

@@ -92,6 +92,19 @@ impl View {
         color::auto_exposure(&parts.concat())
     }
 
+    /// Samples of a pixel and those beside it, up to eight.
+    ///
+    /// # Panics
+    /// When the pixel is outside.
+    #[must_use]
+    pub fn samples_around(&self, pixel: usize) -> u32 {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let rows = y.saturating_sub(1)..(y + 2).min(self.height);
+        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
+        let row = |y: usize| &self.pixels[y * self.width..][columns.clone()];
+        rows.flat_map(row).fold(0, |sum, p| sum.saturating_add(p.count))
+    }
+
     /// One number a pixel.
     pub fn plane(&self, f: impl Fn(&Statistics) -> f32 + Sync + Send) -> Plane {
         Plane { width: self.width, height: self.height, values: self.pixels.par_iter().map(f).collect() }

@@ -73,7 +73,11 @@ fn the_gain_as_the_only_feature_is_the_rule() {
     let barrier = Barrier::new(&film, &ledger, BOUNDS, 1.0);
     for goal in [Goal::Threshold(1.0), Goal::Average(12.0), Goal::Tolerance(1.0), Goal::Threshold(0.0)] {
         let mut svm = Svm::new(goal, machine.clone());
-        let (ours, rule) = (svm.decide(&barrier), Threshold::new(goal).decide(&barrier));
+        let (ours, aimed) = (svm.decide(&barrier), Threshold::new(goal).decide(&barrier).lambda.unwrap());
+        // The threshold of a goal is rounded.
+        let lambda = ours.lambda.unwrap();
+        assert!(lambda == aimed || (aimed / lambda).ln().abs() < 0.06, "{goal:?}: {lambda} {aimed}");
+        let rule = Threshold::new(Goal::Threshold(lambda)).decide(&barrier);
         assert_eq!(ours.targets, rule.targets, "{goal:?}");
         assert!(ours.values.iter().all(|v| v.is_finite()));
         assert_eq!(svm.undefined, 0);
@@ -121,17 +125,33 @@ fn what_has_not_changed_is_not_asked_again() {
     svm.rule.goal = Goal::Threshold(30.0);
     svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
     assert_eq!(svm.decided, 2 * first + 9);
+    // Back at the first threshold; then far more thresholds than are kept.
+    svm.rule.goal = Goal::Threshold(20.0);
+    svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+    assert_eq!(svm.decided, 2 * first + 9);
+    for k in 0..20 {
+        let goal = Goal::Threshold(21.0 + f64::from(k));
+        svm.rule.goal = goal;
+        let decisions = svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+        let mut fresh = policy();
+        fresh.rule.goal = goal;
+        assert_eq!(decisions, fresh.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0)));
+    }
+    let before = svm.decided;
+    svm.rule.goal = Goal::Threshold(20.0);
+    svm.decide(&Barrier::new(&film, &Ledger::default(), BOUNDS, 1.0));
+    assert_eq!(svm.decided - before, first, "forgotten by now");
 }
 
 #[test]
 fn labels_in_the_other_order_mean_the_same() {
     let mut model = linear(1.0, 0.25);
     let matrix = || FeatureMatrix { features: 1, values: vec![-9.0, 0.0, 0.5, 1.0, 9.0] };
-    let values = Machine::new(&model, &card(&["lab-l"], 4.0)).unwrap().decide(matrix());
+    let values = Machine::new(&model, &card(&["lab-l"], 4.0)).unwrap().classifier().decide(matrix());
     // Features are clipped to the scaling's range.
     assert_eq!(values, [-4.25, -0.25, 0.25, 0.75, 3.75]);
     model.labels = vec![-1, 1];
-    let values = Machine::new(&model, &card(&["lab-l"], 4.0)).unwrap().decide(matrix());
+    let values = Machine::new(&model, &card(&["lab-l"], 4.0)).unwrap().classifier().decide(matrix());
     assert_eq!(values[0], 4.25);
 }
 
@@ -168,7 +188,7 @@ fn files_are_read_with_their_card() {
     linear(1.0, 0.0).write(&path).unwrap();
     card(&["lab-b"], 2.0).write(&path).unwrap();
     let machine = Machine::read(&path).unwrap();
-    assert_eq!((machine.features(), machine.vectors()), (&[Feature::BlueYellow][..], 2));
+    assert_eq!((machine.features(), machine.classifier().vectors()), (&[Feature::BlueYellow][..], 2));
     let text = |p: &std::path::Path| std::fs::read_to_string(p).unwrap();
     let same = Machine::from_text(&text(&path), &text(&Card::path(&path))).unwrap();
     assert_eq!(same.features(), machine.features());

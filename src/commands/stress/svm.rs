@@ -158,7 +158,7 @@ fn shipped_far() -> anyhow::Result<f64> {
         for column in 0..n {
             let mut values = vec![0.5; n];
             values[column] = value;
-            let decided = machine.decide(FeatureMatrix { features: n, values });
+            let decided = machine.classifier().decide(FeatureMatrix { features: n, values });
             wrong += decided.iter().filter(|v| !v.is_finite()).count();
         }
     }

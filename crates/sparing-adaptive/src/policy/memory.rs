@@ -1,39 +1,63 @@
-//! What a machine said at the last barrier: at late ones next to nothing has changed.
+//! What a machine said of pixels around which nothing has changed since: most of them, at late barriers.
 
-use crate::pooling::Plane;
-use crate::view::{Statistics, View};
-use rayon::prelude::*;
+use crate::view::View;
 
-/// Decision values of the last barrier with all that they depend on. Within a render, the statistics of a pixel are a function
-/// of its count.
+/// Thresholds whose decision values are kept.
+const PAGES: usize = 8;
+
+/// Decision values at the thresholds that were asked last. Within a render, the statistics of a pixel are a function of its count.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Memory {
-    lambda: f64,
     exposure: f32,
-    counts: Vec<u32>,
-    values: Vec<f64>,
+    /// The one in use at the end.
+    pages: Vec<Page>,
+}
+
+#[derive(Clone, Debug)]
+struct Page {
+    lambda: f64,
+    pixels: Vec<Said>,
+}
+
+/// What the machine said of a pixel when it and its neighbours had so many samples. Counts only grow: if none changes, their sum stays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Said {
+    samples: u32,
+    value: f32,
 }
 
 impl Memory {
-    /// The values that asking again would give, NaN for pixels that must be asked: those whose 3 by 3 pixels are not all as
-    /// they were, and all if the threshold is another.
-    pub(super) fn recall(&self, view: &View, lambda: f64) -> Vec<f64> {
-        if (lambda, view.exposure) != (self.lambda, self.exposure) || view.pixels.len() != self.counts.len() {
-            return vec![f64::NAN; view.pixels.len()];
+    /// What was said at a threshold, of all pixels.
+    pub(super) fn recall(&mut self, view: &View, lambda: f64) -> &mut [Said] {
+        let other = |page: &Page| page.pixels.len() != view.pixels.len();
+        if self.exposure != view.exposure || self.pages.iter().any(other) {
+            self.exposure = view.exposure;
+            self.pages.clear();
         }
-        let changed = |(now, before): (&Statistics, &u32)| if now.count == *before { 0.0 } else { 1.0 };
-        let values = view.pixels.par_iter().zip(&self.counts).map(changed).collect();
-        let changed = Plane { width: view.width, height: view.height, values }.dilated();
-        let recall = |(value, changed): (&f64, &f32)| if *changed > 0.0 { f64::NAN } else { *value };
-        self.values.par_iter().zip(&changed.values).map(recall).collect()
+        let mut page = match self.pages.iter().position(|p| p.lambda == lambda) {
+            Some(known) => self.pages.remove(known),
+            None if self.pages.len() == PAGES => self.pages.remove(0),
+            None => Page { lambda: f64::NAN, pixels: vec![Said::NOTHING; view.pixels.len()] },
+        };
+        if page.lambda != lambda {
+            page.lambda = lambda;
+            page.pixels.fill(Said::NOTHING);
+        }
+        self.pages.push(page);
+        self.pages.last_mut().map_or(&mut [], |page| &mut page.pixels)
+    }
+}
+
+impl Said {
+    const NOTHING: Self = Self { samples: u32::MAX, value: 0.0 };
+
+    /// The value if there were as many samples around.
+    pub(super) fn with(self, samples: u32) -> Option<f32> {
+        (self.samples == samples).then_some(self.value)
     }
 
-    /// Keeps the values of a barrier, NaN for pixels that were not asked.
-    pub(super) fn keep(&mut self, view: &View, lambda: f64, values: Vec<f64>) {
-        self.lambda = lambda;
-        self.exposure = view.exposure;
-        self.counts.clear();
-        self.counts.extend(view.pixels.iter().map(|p| p.count));
-        self.values = values;
+    /// Notes what is said with so many.
+    pub(super) fn note(&mut self, samples: u32, value: f32) {
+        *self = Self { samples, value };
     }
 }
