@@ -92,11 +92,14 @@ pub fn tries(group: &str, max_spp: u32) -> Result<Vec<Entry>, String> {
             step("times 2", Step::Double),
             step("times 4", Step::Quadruple),
         ],
+        "powers" => [1.0, 0.9, 0.8, 0.7]
+            .map(|power| Entry::rule(&format!("spread / n^{power}"), move |r| r.power = power))
+            .into(),
         "budget" => {
             let caps = (0..4).map(|k| max_spp >> k);
             caps.map(Entry::capped).chain([base().swap_remove(0).by_average()]).collect()
         }
-        _ => return Err(format!("'{group}' is not a group: use pooling, units, layers or budget")),
+        _ => return Err(format!("'{group}' is not a group: use pooling, units, layers, powers or budget")),
     })
 }
 

@@ -51,12 +51,15 @@ pub struct Rule {
     pub unit: Unit,
     pub pool: Pool,
     pub step: Step,
+    /// A pixel goes on while spread / n to this power exceeds the threshold: 1 takes off most of the squared error, 1/2 evens
+    /// errors out.
+    pub power: f32,
     alike: Option<Vec<Vec<usize>>>,
 }
 
 impl Rule {
     pub fn new(goal: Goal) -> Self {
-        Self { goal, unit: Unit::Both, pool: Pool::Square(1), step: Step::Double, alike: None }
+        Self { goal, unit: Unit::Both, pool: Pool::Square(1), step: Step::Double, power: 1.0, alike: None }
     }
 
     fn spread(&self, barrier: &Barrier<'_>) -> Plane {
@@ -183,8 +186,10 @@ impl Policy for Rule {
         let others = self.others(&own);
         let plan = &barrier.plan_by(|| others.clone()).values;
         let around = if self.pool == Pool::Largest { own.dilated() } else { others };
-        let pooled = own.values.iter().zip(&around.values).zip(plan);
-        let values = pooled.map(|((own, around), plan)| (OWN * own).max(*around).max(*plan)).collect();
+        let pooled = own.values.iter().zip(&around.values).zip(&view.pixels).map(|((own, around), p)| {
+            (OWN * own).max(*around) * (p.count as f32 / bounds.min_spp as f32).powf(1.0 - self.power)
+        });
+        let values = pooled.zip(plan).map(|(spread, plan)| spread.max(*plan)).collect();
         let spread = Plane { values, ..own };
         let [lambda, _] = self.goal.thresholds(view, &spread, bounds);
         let next = |count: u32| match self.step {
