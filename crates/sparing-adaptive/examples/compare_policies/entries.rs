@@ -92,6 +92,21 @@ pub fn tries(group: &str, max_spp: u32) -> Result<Vec<Entry>, String> {
             step("times 2", Step::Double),
             step("times 4", Step::Quadruple),
         ],
+        "cures" => {
+            let own = |name: &str, own: f32, pool: Pool| {
+                Entry::rule(name, move |r| (r.plan, r.own, r.pool) = (false, own, pool))
+            };
+            vec![
+                own("larger of own and 3x3", 1.0, Pool::Square(1)),
+                own("own as one of 3x3", 0.0, Pool::Square(1)),
+                own("own as one of 5x5", 0.0, Pool::Square(2)),
+                own("own as one of 7x7", 0.0, Pool::Square(3)),
+                own("largest of 3x3", 0.0, Pool::Largest),
+                Entry::rule("plan and spreading", |_| ()),
+                Entry::rule("the same, own counts 1", |r| r.own = 1.0),
+                Entry::rule("the same, own counts 2", |r| r.own = 2.0),
+            ]
+        }
         "powers" => [1.0, 0.9, 0.8, 0.7]
             .map(|power| Entry::rule(&format!("spread / n^{power}"), move |r| r.power = power))
             .into(),
@@ -99,7 +114,11 @@ pub fn tries(group: &str, max_spp: u32) -> Result<Vec<Entry>, String> {
             let caps = (0..4).map(|k| max_spp >> k);
             caps.map(Entry::capped).chain([base().swap_remove(0).by_average()]).collect()
         }
-        _ => return Err(format!("'{group}' is not a group: use pooling, units, layers, powers or budget")),
+        _ => {
+            return Err(format!(
+                "'{group}' is not a group: use cures, pooling, units, layers, powers or budget"
+            ));
+        }
     })
 }
 

@@ -6,7 +6,7 @@
 //! Each scene is rendered evenly to --max-spp samples per pixel with some seeds, and a reference with another one. Policies are
 //! replayed on the stored layers, for many thresholds. For each figure of error, the average of samples at which a
 //! policy is as good as uniform sampling with --uniform is interpolated in the mean over the seeds; geometric means over scenes.
-//! Groups are `pooling`, `units`, `layers`, `powers` and `budget`: variants of the pooled rule.
+//! Groups are `cures`, `pooling`, `units`, `layers`, `powers` and `budget`: variants of the pooled rule.
 
 mod entries;
 mod errors;

@@ -54,12 +54,25 @@ pub struct Rule {
     /// A pixel goes on while spread / n to this power exceeds the threshold: 1 takes off most of the squared error, 1/2 evens
     /// errors out.
     pub power: f32,
+    /// Whether a pixel gets at least what its neighbours asked for in the first layer, and what is taken from it goes to them.
+    pub plan: bool,
+    /// What the own spread counts for by itself, beside that of the neighbourhood; 0 if it counts as one of them.
+    pub own: f32,
     alike: Option<Vec<Vec<usize>>>,
 }
 
 impl Rule {
     pub fn new(goal: Goal) -> Self {
-        Self { goal, unit: Unit::Both, pool: Pool::Square(1), step: Step::Double, power: 1.0, alike: None }
+        Self {
+            goal,
+            unit: Unit::Both,
+            pool: Pool::Square(1),
+            step: Step::Double,
+            power: 1.0,
+            plan: true,
+            own: OWN,
+            alike: None,
+        }
     }
 
     fn spread(&self, barrier: &Barrier<'_>) -> Plane {
@@ -105,6 +118,13 @@ fn xyz_spread(pixel: &Pixel, exposure: f64) -> f32 {
     };
     let error = ((square(0) + square(1) + square(2)) / 3.0).sqrt() / (mean[1] + f64::from(DARK as f32));
     (f64::from(PERCEIVED_PER_RELATIVE) * error * f64::from(pixel.count()).sqrt()).min(1e30) as f32
+}
+
+/// The root mean square of the others and the own value, as if no square were cut at the border.
+fn with_own(own: &Plane, others: &Plane, radius: usize) -> Plane {
+    let share = 1.0 / ((2 * radius + 1) * (2 * radius + 1)) as f32;
+    let both = |(own, others): (&f32, &f32)| (share * own * own + (1.0 - share) * others * others).sqrt();
+    Plane { values: own.values.iter().zip(&others.values).map(both).collect(), ..*own }
 }
 
 fn mean_squares(groups: &[Vec<usize>], values: &[f32]) -> Vec<f32> {
@@ -184,10 +204,15 @@ impl Policy for Rule {
         let (view, bounds) = (barrier.view(), barrier.bounds);
         let own = self.spread(barrier);
         let others = self.others(&own);
-        let plan = &barrier.plan_by(|| others.clone()).values;
-        let around = if self.pool == Pool::Largest { own.dilated() } else { others };
+        let nothing = vec![0.0; own.values.len()];
+        let plan = if self.plan { &barrier.plan_by(|| others.clone()).values } else { &nothing };
+        let around = match self.pool {
+            Pool::Largest => own.dilated(),
+            Pool::Square(radius) if self.own == 0.0 => with_own(&own, &others, radius),
+            _ => others,
+        };
         let pooled = own.values.iter().zip(&around.values).zip(&view.pixels).map(|((own, around), p)| {
-            (OWN * own).max(*around) * (p.count as f32 / bounds.min_spp as f32).powf(1.0 - self.power)
+            (self.own * own).max(*around) * (p.count as f32 / bounds.min_spp as f32).powf(1.0 - self.power)
         });
         let values = pooled.zip(plan).map(|(spread, plan)| spread.max(*plan)).collect();
         let spread = Plane { values, ..own };
