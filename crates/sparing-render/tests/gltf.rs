@@ -177,6 +177,13 @@ fn candela_and_lux() {
         r#"{"type": "spot", "intensity": 8000, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.5}}"#;
     let spot = lit(spot, [1.0; 4], far);
     assert!(spot.abs_diff_eq(albedo * 20.0 / PI, 0.01), "{spot}");
+    // Between the cones its strength is the square of t, from the cosines: the axis turned by 0.4 from straight down.
+    let turned = r#", "translation": [0, 0, 20], "rotation": [0.19866933, 0, 0, 0.98006658]"#;
+    let edge =
+        r#"{"type": "spot", "intensity": 8000, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.5}}"#;
+    let edge = lit(edge, [1.0; 4], turned);
+    let t = (0.4f64.cos() - 0.5f64.cos()) / (0.3f64.cos() - 0.5f64.cos());
+    assert!(edge.abs_diff_eq(albedo * (20.0 * t * t / PI), 0.02), "{edge}, t = {t}");
     // Colours of vertices are a factor.
     let tinted = lit(r#"{"type": "directional", "intensity": 3}"#, [0.5, 1.0, 0.25, 1.0], "");
     assert!(tinted.abs_diff_eq(albedo * DVec3::new(0.5, 1.0, 0.25) * 3.0 / PI, 1e-3), "{tinted}");

@@ -272,7 +272,7 @@ impl SceneDescription {
     fn check_light(&self, light: &Light) -> Result<(), String> {
         let finite = match light {
             Light::Point { position, intensity } => position.is_finite() && intensity.is_finite(),
-            Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+            Light::Spot { position, direction, intensity, cone_angle, cone_delta, .. } => {
                 position.is_finite()
                     && direction.is_finite()
                     && intensity.is_finite()

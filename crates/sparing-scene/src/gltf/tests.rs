@@ -194,7 +194,7 @@ fn cameras_and_lights() {
         "extensionsUsed": ["KHR_lights_punctual"],
         "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "aspectRatio": 0.5, "znear": 0.1}}],
         "extensions": {"KHR_lights_punctual": {"lights": [
-            {"type": "point", "color": [1.0, 0.5, 0.0], "intensity": 8.0},
+            {"type": "point", "color": [1.0, 0.5, 0.0], "intensity": 8.0, "range": 10.0},
             {"type": "directional", "intensity": 3.0},
             {"type": "spot", "intensity": 2.0, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.4}}]}},
         "nodes": [
@@ -217,6 +217,12 @@ fn cameras_and_lights() {
     let Light::Spot { direction, cone_angle, cone_delta, .. } = scene.lights[2] else { panic!() };
     assert!(direction == Vec3::NEG_Z && (cone_angle.to_radians() - 0.4).abs() < 1e-6);
     assert!((cone_delta.to_radians() - 0.3).abs() < 1e-6);
+    assert_eq!(
+        scene.warnings,
+        [
+            "extensions.KHR_lights_punctual.lights[0]: its `range` is ignored, light falls off with the square of the distance"
+        ]
+    );
     assert_eq!(scene.lights.len(), 3, "no further light");
 }
 
