@@ -235,7 +235,8 @@ fn error_maps_show_where() {
 /// 3x3 pixels in blocks of 2: four, two, two and one of them.
 #[test]
 fn blocks_are_means_of_the_pixels_that_there_are() {
-    let pixels: Vec<[f32; 3]> = (0..9).map(|i| [i as f32, 1.0, if i == 8 { f32::NAN } else { 0.5 }]).collect();
+    let pixels: Vec<[f32; 3]> =
+        (0..9).map(|i| [i as f32, 1.0, if i == 8 { f32::NAN } else { 0.5 }]).collect();
     let (blocks, size) = block_means(&pixels, 3, 3, 2);
     assert_eq!(size, [2, 2]);
     assert_eq!(blocks[..3], [[2.0, 1.0, 0.5], [3.5, 1.0, 0.5], [6.5, 1.0, 0.5]]);

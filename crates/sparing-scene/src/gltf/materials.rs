@@ -98,6 +98,7 @@ impl<'a> Loader<'a> {
                 texture.map(|texture| self.normal_map(&texture, scale)).transpose()?
             }
         };
+        let before = self.scene.materials.len();
         let (kind, radiance) = if unlit {
             if colors {
                 self.warnings.add(format!("{}: colours of vertices are not used where `unlit`", node.path));
@@ -106,6 +107,8 @@ impl<'a> Loader<'a> {
         } else {
             (self.scattering(node, &pbr, base_color, colors)?, self.emission(node)?)
         };
+        // A body that is not all clear is a mix of two: those have the map.
+        self.scene.materials[before..].iter_mut().for_each(|part| part.normal_map = normal_map);
         let id = self.add_material(Material { name: node.name(), kind, normal_map, bump: None })?;
         let emission =
             (radiance != ColorInput::Constant(Vec3::ZERO)).then_some(Emission { radiance, two_sided });

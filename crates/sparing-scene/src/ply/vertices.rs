@@ -209,6 +209,6 @@ fn decode_colors(colors: &mut [[f32; 4]], full: f32) {
 }
 
 /// The sRGB transfer function, undone (IEC 61966-2-1).
-fn srgb_to_linear(v: f32) -> f32 {
+pub(crate) fn srgb_to_linear(v: f32) -> f32 {
     if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
