@@ -1,6 +1,6 @@
 //! A tree: branches that fork and bend up to the light, with leaves at their ends.
 
-use crate::Random;
+use super::Random;
 use glam::{Quat, Vec3};
 use sparing_scene::description::TriangleMesh;
 
