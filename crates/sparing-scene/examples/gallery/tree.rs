@@ -25,7 +25,7 @@ struct Surface {
 impl Surface {
     fn mesh(self) -> TriangleMesh {
         let Self { positions, normals, uvs, indices } = self;
-        TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs), colors: None }
+        TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs), ..TriangleMesh::default() }
     }
 }
 

@@ -138,6 +138,7 @@ impl PartBuilder {
             uvs: has_uvs.then(|| self.corners.iter().map(|c| all.uvs[c.vt as usize]).collect()),
             indices: self.indices,
             colors: has_colors.then(|| self.corners.iter().map(|c| opaque(all.color(c.v))).collect()),
+            ..TriangleMesh::default()
         }
     }
 
