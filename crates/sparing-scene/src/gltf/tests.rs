@@ -341,3 +341,27 @@ fn what_is_not_supported_is_said() {
         ]
     );
 }
+
+/// Half clear, half not: a mix whose parts bend normals as the material does, and whose clear part is glass of the file's
+/// index.
+#[test]
+fn bodies_that_are_half_clear_keep_their_normal_map() {
+    let scene = load(&square(&json!({
+    "images": png(false), "textures": [{"source": 0}],
+    "materials": [{
+        "normalTexture": {"index": 0}, "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5},
+            "KHR_materials_volume": {"thicknessFactor": 1.0}, "KHR_materials_ior": {"ior": 1.3}},
+    }]})));
+    let material = &scene.materials[scene.shapes[0].material.0 as usize];
+    let MaterialKind::Mix { materials, amount } = material.kind else { panic!("{material:?}") };
+    assert_eq!(amount, FloatInput::Constant(0.5));
+    for part in materials.map(|id| &scene.materials[id.0 as usize]) {
+        assert!(part.normal_map.is_some() && part.normal_map == material.normal_map, "{part:?}");
+    }
+    let MaterialKind::Dielectric { eta, roughness, .. } = &scene.materials[materials[1].0 as usize].kind
+    else {
+        panic!()
+    };
+    assert_eq!((*eta, roughness.u), (1.3, FloatInput::Constant(0.25)));
+}
