@@ -3,7 +3,7 @@
 //! | in the file | becomes |
 //! | --- | --- |
 //! | `illum` 4, 6, 7, 9, or `d` < 1 with `Ni` other than 1 | dielectric, tint = square root of `Tf` (two crossings) |
-//! | `map_Pm` | a mix by its red channel: the conductor of the next row, and what the file has without metal |
+//! | `map_Pm` | a mix by its red channel of the last two rows and a conductor of reflectance `Kd` |
 //! | `Pm` > 0.5 | conductor of reflectance `Kd` (`Ks` where that is black) |
 //! | `illum` 3 or 5 with `Ks` brighter than `Kd` | conductor of reflectance `Ks` |
 //! | `Ks` > 0 | diffuse `Kd` under a coat of index `Ni` (1.5 where it makes no sense) |
