@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use sparing_image::atomic::check_writable;
 use sparing_image::metrics::{
-    Comparison, ErrorKind, Exposure, Summary, compare, error_map, signed_difference,
+    Comparison, ErrorKind, Exposure, Summary, block_means, compare, error_map, signed_difference,
 };
 use sparing_image::picture::{Picture, Pixels};
 use sparing_image::png::write_png;
@@ -38,6 +38,10 @@ pub(super) struct CompareArguments {
     /// The difference that is pure red or blue; 0.1 is 10 % of the reference.
     #[arg(long, value_name = "PART", default_value_t = 0.1, requires = "signed_difference")]
     difference_range: f32,
+    /// Signed differences of means over blocks of this many pixels a side, one pixel each: less noise.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "signed_difference",
+        value_parser = clap::value_parser!(u32).range(1..=65536))]
+    blocks: u32,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -100,6 +104,9 @@ pub(super) fn run(a: &CompareArguments) -> anyhow::Result<ExitCode> {
     }
     if let Some(path) = &a.signed_difference {
         let range = a.difference_range;
+        let exposure = Exposure::Scale(exposure.scale(&reference));
+        let means = |pixels: &[[f32; 3]]| block_means(pixels, size[0], size[1], a.blocks);
+        let ((image, _), (reference, size)) = (means(&image), means(&reference));
         let map = signed_difference(&image, &reference, size[0], size[1], exposure, range)?;
         write_png(path, size[0], size[1], &map, 0.0).context("cannot write the signed difference")?;
         if !a.json {

@@ -35,6 +35,8 @@ pub enum Counter {
     Time,
     /// The placement of a hit was computed for the ray's time.
     Motion,
+    /// Second texture coordinates were interpolated.
+    SecondUv,
 }
 
 #[cfg(feature = "counters")]
@@ -42,7 +44,7 @@ mod enabled {
     use super::Counter;
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    static COUNTS: [AtomicU64; 15] = [const { AtomicU64::new(0) }; 15];
+    static COUNTS: [AtomicU64; 16] = [const { AtomicU64::new(0) }; 16];
 
     /// Adds one.
     pub fn count(counter: Counter) {

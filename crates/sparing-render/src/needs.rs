@@ -53,6 +53,8 @@ bitflags::bitflags! {
         const MOTION = 1 << 25;
         /// The camera moves while the shutter is open.
         const CAMERA_MOTION = 1 << 26;
+        /// Some texture is looked up by the second texture coordinates of a mesh.
+        const SECOND_UVS = 1 << 27;
     }
 }
 
@@ -87,6 +89,7 @@ impl Needs {
             ("transmission", Self::TRANSMISSION, "light through surfaces"),
             ("vertex-colors", Self::VERTEX_COLORS, "interpolating the colours of vertices"),
             ("motion", Self::MOTION, "times of rays, placements at those times"),
+            ("second-uvs", Self::SECOND_UVS, "interpolating the second texture coordinates"),
             ("camera-motion", Self::CAMERA_MOTION, "times of rays, the camera at those times"),
         ]
     }

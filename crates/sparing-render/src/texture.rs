@@ -43,6 +43,7 @@ enum Node {
     DirectionMix { direction: Vec3, a: Color, b: Color },
     Bilinear { mapping: UvMapping, corners: [Vec3; 4] },
     Coordinates { mapping: UvMapping },
+    SecondUv { input: Color },
 }
 
 /// Where a texture is looked up. Most textures want `uv` only.
@@ -50,6 +51,8 @@ enum Node {
 pub struct TexturePoint {
     /// Texture coordinates.
     pub uv: [f32; 2],
+    /// Second texture coordinates.
+    pub second_uv: [f32; 2],
     /// Position in world space.
     pub p: Vec3,
     /// Geometric normal in world space.
@@ -59,7 +62,7 @@ pub struct TexturePoint {
 impl From<[f32; 2]> for TexturePoint {
     /// Texture coordinates without a place: light samples and cut-outs know no more.
     fn from(uv: [f32; 2]) -> Self {
-        Self { uv, p: Vec3::ZERO, n: Vec3::ZERO }
+        Self { uv, ..Self::default() }
     }
 }
 
@@ -274,6 +277,10 @@ impl TextureTable {
             }
             d::Texture::Bilinear { mapping, corners } => Node::Bilinear { mapping, corners },
             d::Texture::Coordinates { mapping } => Node::Coordinates { mapping },
+            d::Texture::SecondUv { input } => match self.color(input) {
+                Color::Constant(v) => Node::Constant(v),
+                input => Node::SecondUv { input },
+            },
         }
     }
 
@@ -354,6 +361,7 @@ impl TextureTable {
                 let uv = project(*projection, from_world.transform_point3(at.p));
                 self.eval_color(*input, TexturePoint { uv, ..*at })
             }
+            Node::SecondUv { input } => self.eval_color(*input, TexturePoint { uv: at.second_uv, ..*at }),
             Node::Cubes { from_world, even, odd } => {
                 let p = from_world.transform_point3(at.p).floor();
                 self.eval_color(if is_even(p.x + p.y + p.z) { *even } else { *odd }, *at)
@@ -376,6 +384,12 @@ impl TextureTable {
             }
             _ => Vec3::ZERO, // the others are in `eval`
         }
+    }
+
+    /// Whether some texture is looked up by the second texture coordinates.
+    #[must_use]
+    pub fn uses_second_uvs(&self) -> bool {
+        self.nodes.iter().any(|node| matches!(node, Node::SecondUv { .. }))
     }
 
     /// Bytes of all decoded pictures.
@@ -488,7 +502,12 @@ mod tests {
 
     #[test]
     fn functions_of_the_position() {
-        let at = |p: Vec3| TexturePoint { uv: [0.3, 0.4], p, n: Vec3::new(0.6, 0.8, 0.0) };
+        let at = |p: Vec3| TexturePoint {
+            uv: [0.3, 0.4],
+            p,
+            n: Vec3::new(0.6, 0.8, 0.0),
+            ..TexturePoint::default()
+        };
         let (one, two) = (ColorInput::Constant(Vec3::ONE), ColorInput::Constant(Vec3::splat(2.0)));
         let from_world = Affine3A::from_scale(Vec3::splat(2.0));
         let (t, cubes) = single(d::Texture::Cubes { from_world, even: one, odd: two });

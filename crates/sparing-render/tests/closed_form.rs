@@ -9,6 +9,7 @@ use sparing_render::integrator::Estimator;
 use sparing_scene::SceneDescription;
 use sparing_scene::description::{
     ColorInput, Conductor, FloatInput, Geometry, Light, MaterialKind, Projection, Roughness, SamplerKind,
+    SpotEdge,
 };
 
 /// An orthographic camera that looks straight down at the origin and sees next to nothing else.
@@ -87,6 +88,7 @@ fn other_lights() {
                 intensity: one * 8.0,
                 cone_angle: 30.0,
                 cone_delta: 5.0,
+                edge: SpotEdge::Smooth,
             },
             albedo / pi * 2.0,
         ),

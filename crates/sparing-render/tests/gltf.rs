@@ -177,6 +177,13 @@ fn candela_and_lux() {
         r#"{"type": "spot", "intensity": 8000, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.5}}"#;
     let spot = lit(spot, [1.0; 4], far);
     assert!(spot.abs_diff_eq(albedo * 20.0 / PI, 0.01), "{spot}");
+    // Between the cones its strength is the square of t, from the cosines: the axis turned by 0.4 from straight down.
+    let turned = r#", "translation": [0, 0, 20], "rotation": [0.19866933, 0, 0, 0.98006658]"#;
+    let edge =
+        r#"{"type": "spot", "intensity": 8000, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.5}}"#;
+    let edge = lit(edge, [1.0; 4], turned);
+    let t = (0.4f64.cos() - 0.5f64.cos()) / (0.3f64.cos() - 0.5f64.cos());
+    assert!(edge.abs_diff_eq(albedo * (20.0 * t * t / PI), 0.02), "{edge}, t = {t}");
     // Colours of vertices are a factor.
     let tinted = lit(r#"{"type": "directional", "intensity": 3}"#, [0.5, 1.0, 0.25, 1.0], "");
     assert!(tinted.abs_diff_eq(albedo * DVec3::new(0.5, 1.0, 0.25) * 3.0 / PI, 1e-3), "{tinted}");
@@ -204,4 +211,88 @@ fn opaque_scenes_need_no_filters() {
     let scene = load(UNLIT, "", "", [1.0; 4]);
     let built = Scene::build(scene, BuildOptions::default()).expect("it builds");
     assert!(!built.needs().contains(sparing_render::Needs::ALPHA | sparing_render::Needs::VERTEX_COLORS));
+}
+
+/// The square with two sets of texture coordinates, the second mirrored, and tangents that point up; lit by 1 lx times pi
+/// from 45 degrees above the camera. `picture.png` is texture 0, a normal map that leans along its x axis texture 1.
+fn two_sets(material: &str, attributes: &str) -> (SceneDescription, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bytes = buffer([1.0; 4])[..80].to_vec();
+    let mirrored = [[1.0f32, 1.0], [0.0, 1.0], [0.0, 0.0], [1.0, 0.0]];
+    bytes.extend(mirrored.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+    let up = [[0.0f32, 1.0, 0.0, 1.0]; 4];
+    bytes.extend(up.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+    bytes.extend([0, 1, 2, 0, 2, 3]);
+    std::fs::write(folder.path().join("a.bin"), bytes).expect("a buffer");
+    write_picture(folder.path());
+    let lean = image::RgbImage::from_pixel(1, 1, image::Rgb([204, 128, 230]));
+    lean.save(folder.path().join("lean.png")).expect("a picture");
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"uri": "a.bin", "byteLength": 182}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 176}}, {{"buffer": 0, "byteOffset": 176, "byteLength": 6}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}},
+            {{"bufferView": 0, "byteOffset": 48, "componentType": 5126, "count": 4, "type": "VEC2"}},
+            {{"bufferView": 0, "byteOffset": 80, "componentType": 5126, "count": 4, "type": "VEC2"}},
+            {{"bufferView": 0, "byteOffset": 112, "componentType": 5126, "count": 4, "type": "VEC4"}},
+            {{"bufferView": 1, "componentType": 5121, "count": 6, "type": "SCALAR"}}],
+        "images": [{{"uri": "picture.png"}}, {{"uri": "lean.png"}}],
+        "textures": [{{"source": 0, "sampler": 0}}, {{"source": 1}}], "samplers": [{{"wrapS": 33071, "wrapT": 33071}}],
+        "materials": [{{{material}, "extensions": {{"KHR_materials_specular": {{"specularFactor": 0}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0{attributes}}}, "indices": 4, "material": 0}}]}}],
+        "cameras": [{{"type": "orthographic", "orthographic": {{"xmag": 1, "ymag": 1, "znear": 0.1, "zfar": 9}}}}],
+        "extensions": {{"KHR_lights_punctual": {{"lights": [{{"type": "directional", "intensity": 3.14159265}}]}}}},
+        "nodes": [{{"camera": 0, "translation": [0, 0, 5]}}, {{"mesh": 0}},
+            {{"rotation": [-0.38268343, 0, 0, 0.92387953], "extensions": {{"KHR_lights_punctual": {{"light": 0}}}}}}]}}"#
+    );
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, text).expect("a file");
+    let mut scene = sparing_scene::load(&path).unwrap_or_else(|error| panic!("{}", error.report()));
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    prepare(&mut scene);
+    // The folder has the pictures.
+    (scene, folder)
+}
+
+/// Corners as in [`quarters`], with the scene's own light.
+fn lit_corners((scene, _folder): (SceneDescription, tempfile::TempDir)) -> [DVec3; 4] {
+    let settings = RenderSettings { max_depth: 1, ..RenderSettings::default() };
+    let means: Vec<DVec3> = render(scene, settings, 64).map(|t, i| t.pixels[i].mean());
+    [9, 14, 49, 54].map(|i: usize| means[i])
+}
+
+/// Emission reads the first set and shows the picture as it is, the base colour the second and shows it mirrored.
+#[test]
+fn textures_have_their_own_set_of_coordinates() {
+    let material = r#""emissiveFactor": [0.5, 0.5, 0.5], "emissiveTexture": {"index": 0}, "pbrMetallicRoughness":
+        {"metallicFactor": 0, "baseColorTexture": {"index": 0, "texCoord": 1}}"#;
+    let corners = lit_corners(two_sets(material, r#", "TEXCOORD_0": 1, "TEXCOORD_1": 2"#));
+    let [red, green, blue, white] = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
+    // pi lx at 45 degrees on white: the root of 1/2.
+    let half = 0.5f64.sqrt();
+    let expected = [
+        red * 0.5 + green * half,
+        green * 0.5 + red * half,
+        blue * 0.5 + white * half,
+        white * 0.5 + blue * half,
+    ];
+    for (found, expected) in corners.iter().zip(expected) {
+        // Each sample chooses between the light and the square itself.
+        assert!(found.abs_diff_eq(expected, 0.03), "{corners:?}, not {expected:?}");
+    }
+}
+
+/// The normal map leans by (0.6, 0, 0.8) along its x axis: to the right by the texture coordinates, up with the file's
+/// tangents. The light comes from above at 45 degrees.
+#[test]
+fn tangents_of_the_file_turn_normal_maps() {
+    let material = r#""normalTexture": {"index": 1}, "pbrMetallicRoughness": {"metallicFactor": 0}"#;
+    let [x, y, z] = [204.0, 128.0, 230.0].map(|v: f64| v / 127.5 - 1.0);
+    let length = (x * x + y * y + z * z).sqrt();
+    let right = (y + z) / length * 0.5f64.sqrt();
+    let up = (x + z) / length * 0.5f64.sqrt();
+    assert!((right - 0.5694).abs() < 1e-4 && (up - 0.9896).abs() < 1e-4, "{right} {up}");
+    for (tangent, expected) in [("", right), (r#", "TANGENT": 3"#, up)] {
+        let corners = lit_corners(two_sets(material, &format!(r#", "TEXCOORD_0": 1{tangent}"#)));
+        assert!((corners[0].x - expected).abs() < 2e-3, "{tangent}: {corners:?}, not {expected}");
+    }
 }

@@ -14,7 +14,7 @@ use sparing_scene::description::{
     Texture, TextureId, TriangleMesh, UvMapping,
 };
 
-const ALL: [Counter; 15] = [
+const ALL: [Counter; 16] = [
     Counter::TextureLookup,
     Counter::TextureCoordinates,
     Counter::ShadingNormal,
@@ -30,6 +30,7 @@ const ALL: [Counter; 15] = [
     Counter::VertexColor,
     Counter::Time,
     Counter::Motion,
+    Counter::SecondUv,
 ];
 
 /// Counters that ran while rendering.
@@ -118,6 +119,16 @@ fn what_is_not_needed_does_not_run() {
         MaterialKind::MetallicRoughness(MetallicRoughness { vertex_colors: true, ..Default::default() });
     let expected = [&[Counter::TextureCoordinates][..], &base, &[Counter::Choice, Counter::VertexColor]];
     assert_eq!(ran(d, none), expected.concat(), "colours of vertices");
+
+    let mut d = plain();
+    mesh(&mut d.shapes[0]).second_uvs = Some(vec![[0.5, 0.5]; 4]);
+    assert_eq!(ran(d.clone(), none), base, "second texture coordinates that nothing asks for");
+    let input = ColorInput::Texture(checker(&mut d));
+    d.textures.push(Texture::SecondUv { input });
+    let second = TextureId(d.textures.len() as u32 - 1);
+    d.materials[0].kind = MaterialKind::Diffuse { reflectance: ColorInput::Texture(second) };
+    let expected = [&[Counter::TextureLookup, Counter::TextureCoordinates][..], &base, &[Counter::SecondUv]];
+    assert_eq!(ran(d, none), expected.concat(), "second texture coordinates");
 
     let mut d = plain();
     d.camera.lens_radius = 0.1;

@@ -34,10 +34,17 @@ const CAMERA: &str =
 
 /// Radiance of a grey floor (albedo 0.5) at the origin, seen from straight above; the light is at +y.
 fn floor(lights: &str) -> f32 {
+    floor_of("", lights)
+}
+
+/// The same in a scene that starts with `version`.
+fn floor_of(version: &str, lights: &str) -> f32 {
     let folder = pictures();
+    // `Film "rgb"` is a word of version 4.
+    let camera = if version.is_empty() { CAMERA.to_owned() } else { CAMERA.replace("\"rgb\"", "\"image\"") };
     let text = format!(
-        "LookAt 0 1 0 0 0 0 0 0 1\nCamera \"orthographic\" \"float screenwindow\" [ -0.001 0.001 -0.001 0.001 ]\n{CAMERA}\
-         WorldBegin\nMaterial \"diffuse\"\nShape \"trianglemesh\" \"point3 P\" [ -9 0 -9 -9 0 9 9 0 9 9 0 -9 ]\n\
+        "{version}LookAt 0 1 0 0 0 0 0 0 1\nCamera \"orthographic\" \"float screenwindow\" [ -0.001 0.001 -0.001 0.001 ]\n{camera}\
+         WorldBegin\nMaterial \"matte\"\nShape \"trianglemesh\" \"point3 P\" [ -9 0 -9 -9 0 9 9 0 9 9 0 -9 ]\n\
          \"integer indices\" [ 0 1 2 0 2 3 ]\n{lights}"
     );
     let settings = RenderSettings { max_depth: 1, ..RenderSettings::default() };
@@ -72,6 +79,10 @@ fn lights_have_the_units_of_version_4() {
     // A picture: pbrt measures half of the illuminance, so twice as much arrives.
     let sky = "LightSource \"infinite\" \"string filename\" \"even.pfm\" \"float illuminance\" 3";
     assert_close(floor(sky), from_irradiance(6.0));
+    // A spot light: its cone, with half of the ring where the smooth step is.
+    let spot = "LightSource \"spot\" \"float power\" 100 \"point3 from\" [ 0 2 0 ] \"point3 to\" [ 0 0 0 ]";
+    let [start, end] = [25f32, 30.0].map(|degrees| degrees.to_radians().cos());
+    assert_close(floor(spot), from_irradiance(100.0 / (2.0 * PI * (1.0 - (start + end) / 2.0)) / 4.0));
     // A disk of radius 1 at height 2 with 10 W: L = 10 / pi², E = pi L / 5.
     let disk = "AttributeBegin AreaLightSource \"diffuse\" \"float power\" 10 Translate 0 2 0 Rotate 90 1 0 0 Shape \"disk\" \
                 AttributeEnd";
@@ -82,6 +93,25 @@ fn lights_have_the_units_of_version_4() {
     // The same disk without units, times `scale`.
     let plain = disk.replace("\"float power\" 10", "\"rgb L\" [ 3 3 3 ] \"float scale\" 2");
     assert_close(floor(&plain), from_irradiance(PI * 6.0 / 5.0));
+}
+
+/// Seen 25 degrees off the axis, with the edge from 20 to 30: t is where that cosine lies between the two others. Version 4
+/// has t² (3 - 2 t), older ones t⁴.
+#[test]
+fn the_edge_of_a_spot_light_is_that_of_its_version() {
+    let spot = format!(
+        "LightSource \"spot\" \"rgb I\" [ 8 8 8 ] \"point3 from\" [ 0 2 0 ] \"point3 to\" [ {} 0 0 ] \
+         \"float coneangle\" 30 \"float conedeltaangle\" 10",
+        2.0 * 25f32.to_radians().tan()
+    );
+    let [start, at, end] = [20f32, 25.0, 30.0].map(|degrees| degrees.to_radians().cos());
+    let t = (at - end) / (start - end);
+    assert!((t - 0.5467).abs() < 1e-3, "{t}");
+    let full = 0.5 / PI * 8.0 / 4.0;
+    assert_close(floor(&spot), full * t * t * (3.0 - 2.0 * t));
+    assert_close(floor(&format!("{spot} \"string falloff\" \"fourth\"")), full * t.powi(4));
+    assert_close(floor(&format!("{spot} \"string falloff\" \"square\"")), full * t * t);
+    assert_close(floor_of("SurfaceIntegrator \"path\"\n", &spot), full * t.powi(4));
 }
 
 /// A goniometric light with an even picture is a point light; an even slide of 90 degrees is a sixth of one, so at the

@@ -12,8 +12,11 @@ fn all(split: Split, seed: u64) -> impl Iterator<Item = SceneDescription> {
 }
 
 /// What came into descriptions after the model was trained, and is not in these scenes.
-const LATER: [(&str, &str); 5] = [
+const LATER: [(&str, &str); 8] = [
     (", colors: None", ""),
+    (", second_uvs: None", ""),
+    (", tangents: None", ""),
+    (", edge: Smooth", ""),
     (", cross: [0.0, 0.0]", ""),
     (", alpha_cutoff: None", ""),
     ("wrap: [Repeat, Repeat]", "wrap: Repeat"),

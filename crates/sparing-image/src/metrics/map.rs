@@ -96,6 +96,32 @@ pub fn signed_difference(
     Ok(image.par_iter().zip(reference).map(color).collect())
 }
 
+/// Means over blocks of `side` times `side` pixels, with the size in blocks; blocks at the right and the bottom are what
+/// is left. A pixel that is not finite makes its block so. What is left of a picture is too coarse to stand in for it, but
+/// signed differences of such means show where light is missing, with less noise.
+///
+/// # Panics
+/// If there are not `width * height` pixels, or `side` is 0.
+#[must_use]
+pub fn block_means(pixels: &[[f32; 3]], width: u32, height: u32, side: u32) -> (Vec<[f32; 3]>, [u32; 2]) {
+    assert_eq!(pixels.len(), width as usize * height as usize, "the size of the picture");
+    let size = [width.div_ceil(side), height.div_ceil(side)];
+    let mean = |i: usize| {
+        let corner = [i as u32 % size[0] * side, i as u32 / size[0] * side];
+        let (x1, y1) = ((corner[0] + side).min(width), (corner[1] + side).min(height));
+        let mut sum = [0.0; 3];
+        for y in corner[1]..y1 {
+            let row = y as usize * width as usize;
+            for pixel in &pixels[row + corner[0] as usize..row + x1 as usize] {
+                sum.iter_mut().zip(pixel).for_each(|(s, v)| *s += f64::from(*v));
+            }
+        }
+        let count = f64::from((x1 - corner[0]) * (y1 - corner[1]));
+        sum.map(|s| (s / count) as f32)
+    };
+    ((0..size[0] as usize * size[1] as usize).into_par_iter().map(mean).collect(), size)
+}
+
 /// A colour for 0..=1, linear Rec.709: lightness rises evenly from black to near white while the hue goes from
 /// violet over red to yellow, so that it also reads in grey and to the colour-blind. Values outside are clamped,
 /// NaN is black.

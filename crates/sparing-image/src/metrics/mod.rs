@@ -12,7 +12,7 @@ mod ztest;
 use rayon::prelude::*;
 
 pub use flip::{FlipOptions, flip_map};
-pub use map::{ErrorKind, error_map, false_color, signed_difference};
+pub use map::{ErrorKind, block_means, error_map, false_color, signed_difference};
 pub use summary::Summary;
 pub use ztest::{ZTest, normal_p_value, z_test};
 

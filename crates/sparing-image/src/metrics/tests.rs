@@ -232,6 +232,19 @@ fn error_maps_show_where() {
     }
 }
 
+/// 3x3 pixels in blocks of 2: four, two, two and one of them.
+#[test]
+fn blocks_are_means_of_the_pixels_that_there_are() {
+    let pixels: Vec<[f32; 3]> =
+        (0..9).map(|i| [i as f32, 1.0, if i == 8 { f32::NAN } else { 0.5 }]).collect();
+    let (blocks, size) = block_means(&pixels, 3, 3, 2);
+    assert_eq!(size, [2, 2]);
+    assert_eq!(blocks[..3], [[2.0, 1.0, 0.5], [3.5, 1.0, 0.5], [6.5, 1.0, 0.5]]);
+    assert!(blocks[3][0] == 8.0 && blocks[3][2].is_nan());
+    assert_eq!(block_means(&pixels[..6], 3, 2, 100), (vec![[2.5, 1.0, 0.5]], [1, 1]));
+    assert_eq!(block_means(&pixels[..6], 3, 2, 1), (pixels[..6].to_vec(), [3, 2]));
+}
+
 /// Luminance 0.5 against 0.4: a relative difference of 0.1 / sqrt(0.16 + 0.01) = 0.2425.
 #[test]
 fn signed_differences_are_red_where_too_bright_and_blue_where_too_dark() {

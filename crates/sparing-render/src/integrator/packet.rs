@@ -105,7 +105,8 @@ const SURFACE: Needs = Needs::TEXTURE_COORDINATES
     .union(Needs::NORMAL_MAPS)
     .union(Needs::TANGENTS)
     .union(Needs::MIXES)
-    .union(Needs::VERTEX_COLORS);
+    .union(Needs::VERTEX_COLORS)
+    .union(Needs::SECOND_UVS);
 const SHAPES: Needs = Needs::SHADING_NORMALS.union(Needs::INSTANCES);
 const OUTPUT: Needs = Needs::AUXILIARY.union(Needs::SHAPE_COUNT);
 /// What makes rays start at different times.

@@ -96,7 +96,7 @@ impl Scene {
         const STEP: f32 = 5e-4;
         let at = |du: f32, dv: f32| {
             let (uv, p) = ([s.uv[0] + du, s.uv[1] + dv], s.p + s.dpdu * du + s.dpdv * dv);
-            self.textures.eval_scalar(bump, TexturePoint { uv, p, n: s.ng })
+            self.textures.eval_scalar(bump, TexturePoint { uv, p, ..s.texture_point() })
         };
         let height = at(0.0, 0.0);
         let (du, dv) = ((at(STEP, 0.0) - height) / STEP, (at(0.0, STEP) - height) / STEP);

@@ -2,6 +2,7 @@
 
 use super::{LightSample, luminance};
 use glam::Vec3;
+use sparing_scene::description::SpotEdge;
 use std::f32::consts::PI;
 
 /// Isotropic point light.
@@ -36,7 +37,7 @@ pub(super) fn from_point(position: Vec3, intensity: Vec3, p: Vec3) -> Option<Lig
     Some(LightSample { wi: d / distance, distance, radiance, pdf: 1.0, is_delta: true })
 }
 
-/// Point light with a cone whose edge falls off as a smooth step in the cosine.
+/// Point light with a cone whose edge falls off in the cosine.
 #[derive(Clone, Copy, Debug)]
 pub struct SpotLight {
     /// World position.
@@ -49,6 +50,8 @@ pub struct SpotLight {
     pub cos_start: f32,
     /// Cosine at which the light ends.
     pub cos_end: f32,
+    /// How it falls off in between.
+    pub edge: SpotEdge,
 }
 
 impl SpotLight {
@@ -66,12 +69,21 @@ impl SpotLight {
         }
         let t = (cos - self.cos_end) / (self.cos_start - self.cos_end);
         let t = if t.is_nan() { 1.0 } else { t.min(1.0) };
-        t * t * (3.0 - 2.0 * t)
+        match self.edge {
+            SpotEdge::Smooth => t * t * (3.0 - 2.0 * t),
+            SpotEdge::Square => t * t,
+            SpotEdge::Fourth => (t * t) * (t * t),
+        }
     }
 
     pub(super) fn power(&self) -> f32 {
-        // The smooth step integrates to half of the ring.
-        let cone = (1.0 - self.cos_start) + 0.5 * (self.cos_start - self.cos_end);
+        // The edge integrates to this part of the ring.
+        let part = match self.edge {
+            SpotEdge::Smooth => 1.0 / 2.0,
+            SpotEdge::Square => 1.0 / 3.0,
+            SpotEdge::Fourth => 1.0 / 5.0,
+        };
+        let cone = (1.0 - self.cos_start) + part * (self.cos_start - self.cos_end);
         2.0 * PI * cone * luminance(self.intensity)
     }
 }
@@ -114,21 +126,24 @@ mod tests {
     #[test]
     fn spot_falls_off_smoothly_and_its_power_is_the_integral() {
         let (start, end) = (20f32.to_radians().cos(), 40f32.to_radians().cos());
-        let l = SpotLight {
-            position: Vec3::ZERO,
-            direction: Vec3::Z,
-            intensity: Vec3::ONE,
-            cos_start: start,
-            cos_end: end,
-        };
-        assert_eq!(l.falloff(1.0), 1.0);
-        assert_eq!(l.falloff(end), 0.0);
-        assert!((l.falloff((start + end) / 2.0) - 0.5).abs() < 1e-6);
-        let n = 100_000;
-        let integral: f32 =
-            (0..n).map(|i| l.falloff(1.0 - 2.0 * (i as f32 + 0.5) / n as f32)).sum::<f32>() * 2.0 / n as f32
-                * 2.0
-                * PI;
-        assert!((integral / l.power() - 1.0).abs() < 1e-2, "{integral} {}", l.power());
+        for (edge, middle) in [(SpotEdge::Smooth, 0.5), (SpotEdge::Square, 0.25), (SpotEdge::Fourth, 0.0625)]
+        {
+            let l = SpotLight {
+                position: Vec3::ZERO,
+                direction: Vec3::Z,
+                intensity: Vec3::ONE,
+                cos_start: start,
+                cos_end: end,
+                edge,
+            };
+            assert_eq!(l.falloff(1.0), 1.0);
+            assert_eq!(l.falloff(end), 0.0);
+            assert!((l.falloff((start + end) / 2.0) - middle).abs() < 1e-6);
+            // The mean of the sphere in steps of the cosine, within the cone.
+            let n = 100_000;
+            let at = |i: i32| l.falloff(1.0 - (1.0 - end) * (i as f32 + 0.5) / n as f32);
+            let integral = (0..n).map(at).sum::<f32>() * (1.0 - end) / n as f32 * 2.0 * PI;
+            assert!((integral / l.power() - 1.0).abs() < 1e-3, "{edge:?}: {integral} {}", l.power());
+        }
     }
 }

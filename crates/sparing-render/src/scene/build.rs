@@ -324,6 +324,8 @@ impl Parts<'_> {
             normals,
             uvs: uvs.map(Arc::new),
             colors: None,
+            second_uvs: None,
+            tangents: None,
         }
     }
 
@@ -342,6 +344,13 @@ impl Parts<'_> {
         self.statistics.geometry_bytes += colors.as_ref().map_or(0, |c| 16 * c.len() as u64);
         let mut mesh = self.mesh(m.positions, m.indices, m.normals, m.uvs);
         mesh.colors = colors.clone();
+        if self.textures.uses_second_uvs() && m.second_uvs.is_some() {
+            self.needs |= Needs::SECOND_UVS;
+            mesh.second_uvs = m.second_uvs;
+        }
+        mesh.tangents = m.tangents.filter(|_| self.materials.needs(material).contains(Needs::TANGENTS));
+        self.statistics.geometry_bytes += mesh.second_uvs.as_ref().map_or(0, |uvs| 8 * uvs.len() as u64)
+            + mesh.tangents.as_ref().map_or(0, |tangents| 12 * tangents.len() as u64);
         let mut g = embree4::TriangleMesh::new(mesh.positions.clone(), mesh.indices.clone());
         if let Some(a) = alpha {
             let (uvs, indices) = (mesh.uvs.clone(), mesh.indices.clone());

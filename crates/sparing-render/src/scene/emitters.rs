@@ -33,7 +33,7 @@ impl LightBuilder {
             d::Light::Point { position, intensity } => {
                 Light::Point(PointLight { position: *position, intensity: *intensity })
             }
-            d::Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+            d::Light::Spot { position, direction, intensity, cone_angle, cone_delta, edge } => {
                 let start = (cone_angle - cone_delta).max(0.0);
                 Light::Spot(SpotLight {
                     position: *position,
@@ -41,6 +41,7 @@ impl LightBuilder {
                     intensity: *intensity,
                     cos_start: start.to_radians().cos(),
                     cos_end: cone_angle.to_radians().cos(),
+                    edge: *edge,
                 })
             }
             d::Light::Distant { direction, irradiance } => Light::Distant(DistantLight {

@@ -74,6 +74,10 @@ where
     pub uvs: Option<Arc<Vec<[f32; 2]>>>,
     /// Vertex colours and opacities.
     pub colors: Option<Arc<Vec<[f32; 4]>>>,
+    /// Second texture coordinates.
+    pub second_uvs: Option<Vec<[f32; 2]>>,
+    /// Tangents of the vertices.
+    pub tangents: Option<Vec<[f32; 3]>>,
 }
 
 /// A shape of the scene.
@@ -153,6 +157,8 @@ pub struct SurfacePoint {
     pub ns: Vec3,
     /// Texture coordinates.
     pub uv: [f32; 2],
+    /// Second texture coordinates; zero unless they are needed and there are some.
+    pub second_uv: [f32; 2],
     /// Derivative of the position by u; zero unless tangents are needed.
     pub dpdu: Vec3,
     /// Derivative of the position by v; zero unless tangents are needed.
@@ -170,6 +176,7 @@ impl SurfacePoint {
         ng: Vec3::Z,
         ns: Vec3::Z,
         uv: [0.0; 2],
+        second_uv: [0.0; 2],
         dpdu: Vec3::ZERO,
         dpdv: Vec3::ZERO,
         offset: 0.0,
@@ -180,7 +187,7 @@ impl SurfacePoint {
     #[inline]
     #[must_use]
     pub fn texture_point(&self) -> TexturePoint {
-        TexturePoint { uv: self.uv, p: self.p, n: self.ng }
+        TexturePoint { uv: self.uv, second_uv: self.second_uv, p: self.p, n: self.ng }
     }
 
     /// Where a ray along `w` starts: on its side of the surface.
@@ -334,7 +341,22 @@ where
             uv = [0, 1].map(|k| uvs[0][k] * w + uvs[1][k] * u + uvs[2][k] * v);
             if needs.contains(Needs::TANGENTS) {
                 (dpdu, dpdv) = derivatives(e1, e2, uvs, ng);
+                if let Some(tangents) = &self.tangents {
+                    let t = corners.map(|i| Vec3::from(tangents[i as usize]));
+                    let mut t = t[0] * w + t[1] * u + t[2] * v;
+                    if let Some(i) = instance {
+                        t = i.object_to_world.transform_vector3(t);
+                    }
+                    // The length stays, for bump maps.
+                    dpdu = t.try_normalize().map_or(dpdu, |t| t * dpdu.length());
+                }
             }
+        }
+        let mut second_uv = [0.0; 2];
+        if let Some(all) = self.second_uvs.as_ref().filter(|_| needs.contains(Needs::SECOND_UVS)) {
+            count(Counter::SecondUv);
+            let uvs = corners.map(|i| all[i as usize]);
+            second_uv = [0, 1].map(|k| uvs[0][k] * w + uvs[1][k] * u + uvs[2][k] * v);
         }
         let mut color = Vec3::ONE;
         if let Some(colors) = self.colors.as_ref().filter(|_| needs.contains(Needs::VERTEX_COLORS)) {
@@ -342,7 +364,7 @@ where
             let c = corners.map(|i| Vec3::from_slice(&colors[i as usize]));
             color = c[0] * w + c[1] * u + c[2] * v;
         }
-        SurfacePoint { p: position, ng, ns, uv, dpdu, dpdv, offset, color }
+        SurfacePoint { p: position, ng, ns, uv, second_uv, dpdu, dpdv, offset, color }
     }
 }
 
@@ -402,7 +424,8 @@ fn sphere_point(p: Vec3, center: Vec3, radius: f32, axes: &[Vec3; 3]) -> Surface
     // v grows from the south pole.
     let dpdv = (pole - n * n.dot(pole)).normalize_or_zero() * (PI * radius);
     let offset = (center.abs().max_element() + radius) * 4.0 * OFFSET_SCALE;
-    SurfacePoint { p, ng: n, ns: n, uv: sphere_uv(n, axes), dpdu, dpdv, offset, color: Vec3::ONE }
+    let uv = sphere_uv(n, axes);
+    SurfacePoint { p, ng: n, ns: n, uv, dpdu, dpdv, offset, ..SurfacePoint::NONE }
 }
 
 fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -> SurfacePoint {
@@ -421,6 +444,6 @@ fn disk_point(p: Vec3, center: Vec3, normal: Vec3, tangent: Vec3, radius: f32) -
         dpdu,
         dpdv,
         offset,
-        color: Vec3::ONE,
+        ..SurfacePoint::NONE
     }
 }

@@ -1,6 +1,6 @@
 //! A city: a few houses and trees, placed many times along a grid of streets.
 
-use crate::Random;
+use super::Random;
 use std::fmt::Write;
 
 /// Blocks each way, and houses each way in a block.

@@ -1,6 +1,6 @@
 //! Hair-like curves on a ball, combed over it and curling at their ends.
 
-use crate::Random;
+use super::Random;
 use glam::Vec3;
 use std::fmt::Write;
 

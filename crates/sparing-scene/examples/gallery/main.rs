@@ -12,11 +12,15 @@ use sparing_scene::description::TriangleMesh;
 use sparing_scene::generate;
 use std::error::Error;
 use std::fs::{self, File};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "scenes/gallery/made".to_owned()));
-    fs::create_dir_all(&folder)?;
+    make(&PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "scenes/gallery/made".to_owned())))
+}
+
+/// Writes all files; a test of the renderer calls this, too.
+pub fn make(folder: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
     let mesh = |name: &str, mesh: &TriangleMesh| -> Result<(), Box<dyn Error>> {
         println!("{name}.ply: {} triangles", mesh.indices.len());
         Ok(sparing_scene::write_ply(mesh, File::create(folder.join(name).with_extension("ply"))?)?)

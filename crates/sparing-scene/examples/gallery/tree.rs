@@ -1,6 +1,6 @@
 //! A tree: branches that fork and bend up to the light, with leaves at their ends.
 
-use crate::Random;
+use super::Random;
 use glam::{Quat, Vec3};
 use sparing_scene::description::TriangleMesh;
 
@@ -25,7 +25,7 @@ struct Surface {
 impl Surface {
     fn mesh(self) -> TriangleMesh {
         let Self { positions, normals, uvs, indices } = self;
-        TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs), colors: None }
+        TriangleMesh { positions, indices, normals: Some(normals), uvs: Some(uvs), ..TriangleMesh::default() }
     }
 }
 

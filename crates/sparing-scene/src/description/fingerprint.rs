@@ -83,13 +83,17 @@ fn hash_shape(hasher: &mut Hasher, shape: &Shape) {
     let _ = write!(hasher, "shape {material:?}{emission:?}{alpha:?}{reverse_orientation}{alpha_cutoff:?}");
     // All fields are named here and above, so that a new one cannot be forgotten.
     match geometry {
-        Geometry::Triangles(TriangleMesh { positions, indices, normals, uvs, colors }) => {
+        Geometry::Triangles(mesh) => {
+            let TriangleMesh { positions, indices, normals, uvs, colors, second_uvs, tangents } = mesh;
             let _ = write!(hasher, "triangles");
             numbers(hasher, positions);
             numbers(hasher, indices);
             optional(hasher, normals.as_deref());
             optional(hasher, uvs.as_deref());
             optional(hasher, colors.as_deref());
+            // Rare ones leave no trace where they are not.
+            second_uvs.iter().for_each(|uvs| numbers(hasher, uvs));
+            tangents.iter().for_each(|tangents| numbers(hasher, tangents));
         }
         Geometry::Quads(QuadMesh { positions, indices, normals, uvs }) => {
             let _ = write!(hasher, "quads");

@@ -25,6 +25,8 @@ pub enum Light {
         cone_angle: f32,
         /// Degrees before `cone_angle` at which the fall-off starts.
         cone_delta: f32,
+        /// How it goes from there.
+        edge: SpotEdge,
     },
     /// Parallel light.
     Distant {
@@ -73,6 +75,19 @@ pub enum Light {
         /// orthonormal but possibly mirrored.
         light_to_world: Mat3,
     },
+}
+
+/// How the edge of a spot light falls off, from 1 where the fall-off starts to 0 where the light ends. With t between the
+/// cosines of the two angles, from 0 at the end to 1 at the start:
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SpotEdge {
+    /// t² (3 - 2 t): pbrt-v4.
+    #[default]
+    Smooth,
+    /// t²: glTF (KHR_lights_punctual).
+    Square,
+    /// t⁴: pbrt before version 4.
+    Fourth,
 }
 
 /// A picture of the surroundings.

@@ -17,7 +17,7 @@ mod validate;
 pub use camera::{
     Camera, FilmSettings, IntegratorSettings, PixelFilter, Projection, SamplerKind, SamplerSettings,
 };
-pub use light::{EnvironmentImage, Light, SphereMapping};
+pub use light::{EnvironmentImage, Light, SphereMapping, SpotEdge};
 pub use material::{Conductor, Material, MaterialKind, MetallicRoughness, Roughness};
 pub use motion::Motion;
 pub use procedural::{Noise, Projection as TextureProjection, ScalarFunction};

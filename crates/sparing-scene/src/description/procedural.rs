@@ -123,7 +123,7 @@ impl Texture {
             | Self::Scale { a, b } => vec![a, b],
             Self::Mix { a, b, amount } => vec![a, b, float(amount)],
             Self::Function { input, .. } => vec![float(input)],
-            Self::Projected { input, .. } => vec![input],
+            Self::Projected { input, .. } | Self::SecondUv { input } => vec![input],
         }
     }
 }

@@ -58,7 +58,7 @@ pub enum Geometry {
     },
 }
 
-/// An indexed triangle mesh. Indices are in range; `normals`, `uvs` and `colors` are per vertex.
+/// An indexed triangle mesh. Indices are in range; all else is per vertex.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleMesh {
     /// Vertices.
@@ -71,6 +71,10 @@ pub struct TriangleMesh {
     pub uvs: Option<Vec<[f32; 2]>>,
     /// Colours and opacities, linear Rec.709 and 0..1.
     pub colors: Option<Vec<[f32; 4]>>,
+    /// Further texture coordinates, for [`Texture::SecondUv`](super::Texture::SecondUv).
+    pub second_uvs: Option<Vec<[f32; 2]>>,
+    /// Where normal maps have their x axis, not necessarily unit; without them along dp/du of each triangle.
+    pub tangents: Option<Vec<[f32; 3]>>,
 }
 
 /// An indexed quad mesh; vertices go round each quad.

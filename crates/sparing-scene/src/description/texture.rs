@@ -202,6 +202,11 @@ pub enum Texture {
         /// At (0, 0), (0, 1), (1, 0), (1, 1).
         corners: [Vec3; 4],
     },
+    /// A texture looked up by the second texture coordinates of the mesh; (0, 0) where it has none.
+    SecondUv {
+        /// What is looked up there.
+        input: ColorInput,
+    },
     /// The fractions of u and v as red and green.
     Coordinates {
         /// Coordinates.

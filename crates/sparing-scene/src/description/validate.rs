@@ -2,7 +2,7 @@
 
 use super::{
     ColorInput, Conductor, FloatInput, Geometry, ImageId, Light, Material, MaterialKind, SceneDescription,
-    Shape, Texture, TextureId,
+    Shape, Texture, TextureId, TriangleMesh,
 };
 use crate::error::{ErrorKind, SceneError};
 
@@ -250,6 +250,7 @@ impl SceneDescription {
             Geometry::Triangles(mesh) => {
                 let indices = mesh.indices.as_flattened();
                 check_colors(mesh.colors.as_deref(), mesh.positions.len())?;
+                check_rare(mesh)?;
                 check_mesh(&mesh.positions, indices, mesh.normals.as_deref(), mesh.uvs.as_deref())
             }
             Geometry::Quads(mesh) => {
@@ -272,7 +273,7 @@ impl SceneDescription {
     fn check_light(&self, light: &Light) -> Result<(), String> {
         let finite = match light {
             Light::Point { position, intensity } => position.is_finite() && intensity.is_finite(),
-            Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+            Light::Spot { position, direction, intensity, cone_angle, cone_delta, .. } => {
                 position.is_finite()
                     && direction.is_finite()
                     && intensity.is_finite()
@@ -316,6 +317,23 @@ fn check_colors(colors: Option<&[[f32; 4]]>, count: usize) -> Result<(), String>
         Ok(())
     } else {
         Err("a vertex colour is out of range".to_owned())
+    }
+}
+
+/// Second texture coordinates and tangents.
+fn check_rare(mesh: &TriangleMesh) -> Result<(), String> {
+    let count = mesh.positions.len();
+    let fits = |found: Option<usize>, flat: &[f32]| {
+        found.is_none_or(|found| found == count) && flat.iter().all(|v| v.is_finite())
+    };
+    let uvs = mesh.second_uvs.as_deref();
+    let tangents = mesh.tangents.as_deref();
+    if fits(uvs.map(<[_]>::len), uvs.unwrap_or_default().as_flattened())
+        && fits(tangents.map(<[_]>::len), tangents.unwrap_or_default().as_flattened())
+    {
+        Ok(())
+    } else {
+        Err("second texture coordinates or tangents do not match the vertices".to_owned())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Loader;
 use super::json::Node;
+use super::textures::FIRST_UVS;
 use crate::description::{
     ColorInput, Emission, FloatInput, Material, MaterialId, MaterialKind, MetallicRoughness, Roughness,
     TextureEncoding,
@@ -18,6 +19,8 @@ pub(super) struct BuiltMaterial {
     pub alpha_cutoff: Option<f32>,
     /// The set of texture coordinates that its textures read.
     pub uv_set: usize,
+    /// A second one that some of them read.
+    pub second_uv_set: Option<usize>,
     /// Whether the colours of vertices matter.
     pub uses_colors: bool,
 }
@@ -55,6 +58,7 @@ impl<'a> Loader<'a> {
                     alpha: None,
                     alpha_cutoff: None,
                     uv_set: 0,
+                    second_uv_set: None,
                     uses_colors: colors,
                 }
             }
@@ -72,7 +76,8 @@ impl<'a> Loader<'a> {
     fn build_material(&mut self, node: &Node<'a>, colors: bool) -> Result<BuiltMaterial, SceneError> {
         let empty = Node::root(&serde_json::Value::Null);
         let pbr = node.get("pbrMetallicRoughness").unwrap_or_else(|| empty.clone());
-        let uv_set = self.only_uv_set(node, &pbr)?;
+        let (uv_set, second_uv_set) = self.uv_sets(node, &pbr)?;
+        self.second_uv_set = second_uv_set;
         let factor = pbr.numbers::<4>("baseColorFactor")?.unwrap_or([1.0; 4]).map(|v| v as f32);
         let base_factor = Vec3::from_slice(&factor[..3]).clamp(Vec3::ZERO, Vec3::ONE);
         let base = self.texture(&pbr, "baseColorTexture")?;
@@ -98,6 +103,7 @@ impl<'a> Loader<'a> {
                 texture.map(|texture| self.normal_map(&texture, scale)).transpose()?
             }
         };
+        let before = self.scene.materials.len();
         let (kind, radiance) = if unlit {
             if colors {
                 self.warnings.add(format!("{}: colours of vertices are not used where `unlit`", node.path));
@@ -106,11 +112,13 @@ impl<'a> Loader<'a> {
         } else {
             (self.scattering(node, &pbr, base_color, colors)?, self.emission(node)?)
         };
+        // A body that is not all clear is a mix of two: those have the map.
+        self.scene.materials[before..].iter_mut().for_each(|part| part.normal_map = normal_map);
         let id = self.add_material(Material { name: node.name(), kind, normal_map, bump: None })?;
         let emission =
             (radiance != ColorInput::Constant(Vec3::ZERO)).then_some(Emission { radiance, two_sided });
         let uses_colors = colors && (!unlit || alpha.is_some());
-        Ok(BuiltMaterial { id, emission, alpha, alpha_cutoff, uv_set, uses_colors })
+        Ok(BuiltMaterial { id, emission, alpha, alpha_cutoff, uv_set, second_uv_set, uses_colors })
     }
 
     fn emission(&mut self, node: &Node<'a>) -> Result<ColorInput, SceneError> {
@@ -207,16 +215,20 @@ impl<'a> Loader<'a> {
         Ok(MaterialKind::Mix { materials, amount })
     }
 
-    /// The set of texture coordinates of a material: that of its colour, else of any of its textures.
-    fn only_uv_set(&mut self, node: &Node<'a>, pbr: &Node<'a>) -> Result<usize, SceneError> {
+    /// The sets of texture coordinates of a material. The first one is that of what decides opacity, emits or bends normals.
+    fn uv_sets(&mut self, node: &Node<'a>, pbr: &Node<'a>) -> Result<(usize, Option<usize>), SceneError> {
+        let cuts = node.text("alphaMode")?.is_some_and(|mode| mode != "OPAQUE")
+            || node.extension("KHR_materials_unlit").is_some();
         let mut sets = Vec::new();
-        for (node, key) in [
-            (pbr, "baseColorTexture"),
-            (pbr, "metallicRoughnessTexture"),
-            (node, "normalTexture"),
-            (node, "emissiveTexture"),
-        ] {
+        if cuts {
+            sets.extend(self.uv_set(pbr, "baseColorTexture")?);
+        }
+        for key in FIRST_UVS {
             sets.extend(self.uv_set(node, key)?);
+        }
+        let bound = sets.len();
+        for key in ["baseColorTexture", "metallicRoughnessTexture"] {
+            sets.extend(self.uv_set(pbr, key)?);
         }
         for (name, keys) in [
             ("KHR_materials_specular", &["specularTexture", "specularColorTexture"][..]),
@@ -229,10 +241,14 @@ impl<'a> Loader<'a> {
             }
         }
         let first = sets.first().copied().unwrap_or(0);
-        if sets.iter().any(|set| *set != first) {
-            let message = format!("{}: all its textures use the coordinates TEXCOORD_{first}", node.path);
-            self.warnings.add(message);
+        let second = sets.iter().copied().find(|set| *set != first);
+        let rest = |set: &usize| *set != first && Some(*set) != second;
+        if sets[..bound].iter().any(|set| *set != first) || sets.iter().any(rest) {
+            self.warnings.add(format!(
+                "{}: opacity, emission and normals use the coordinates TEXCOORD_{first}, and there may be one set more",
+                node.path
+            ));
         }
-        Ok(first)
+        Ok((first, second))
     }
 }

@@ -40,6 +40,9 @@ fn transform(mesh: &mut TriangleMesh, m: &DAffine3) {
     for n in mesh.normals.iter_mut().flatten() {
         *n = (normals * Vec3::from(*n).as_dvec3()).normalize_or_zero().as_vec3().to_array();
     }
+    for t in mesh.tangents.iter_mut().flatten() {
+        *t = m.transform_vector3(Vec3::from(*t).as_dvec3()).normalize_or_zero().as_vec3().to_array();
+    }
     if mirrors {
         mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -87,12 +90,19 @@ impl<'a> Loader<'a> {
         let has_colors = attributes.get("COLOR_0").is_some();
         let material = self.material(node, has_colors)?;
         let normals = self.attribute::<3>(&attributes, "NORMAL", Some(count))?;
-        let mut uvs = None;
-        if material.uv_set < MAX_UV_SETS {
-            let name = format!("TEXCOORD_{}", material.uv_set);
-            uvs = self.attribute::<2>(&attributes, &name, Some(count))?;
+        let mut coordinates = |set: usize| {
+            let name = format!("TEXCOORD_{}", if set < MAX_UV_SETS { set } else { MAX_UV_SETS });
+            let mut uvs = self.attribute::<2>(&attributes, &name, Some(count))?;
             // In glTF v = 0 is the top of a picture.
             uvs.iter_mut().flatten().for_each(|uv| uv[1] = 1.0 - uv[1]);
+            Ok::<_, SceneError>(uvs)
+        };
+        let uvs = coordinates(material.uv_set)?;
+        let second_uvs = material.second_uv_set.map_or(Ok(None), &mut coordinates)?;
+        // The side of the second tangent follows from the texture coordinates, as its sign (w) does.
+        let mut tangents = None;
+        if self.scene.materials[material.id.0 as usize].normal_map.is_some() {
+            tangents = self.attribute::<3>(&attributes, "TANGENT", Some(count))?;
         }
         let mut colors = None;
         if material.uses_colors {
@@ -100,7 +110,7 @@ impl<'a> Loader<'a> {
             colors.iter_mut().flatten().for_each(|c| *c = c.map(|v| v.max(0.0)));
             colors.iter_mut().flatten().for_each(|c| c[3] = c[3].min(1.0));
         }
-        let mesh = compact(TriangleMesh { positions, indices, normals, uvs, colors });
+        let mesh = compact(TriangleMesh { positions, indices, normals, uvs, colors, second_uvs, tangents });
         let mesh = self.without_slivers(mesh, node);
         Ok((!mesh.indices.is_empty()).then_some(Primitive { mesh, material }))
     }
@@ -219,6 +229,8 @@ fn compact(mesh: TriangleMesh) -> TriangleMesh {
         normals: mesh.normals.map(|all| pick(&all, &old)),
         uvs: mesh.uvs.map(|all| pick(&all, &old)),
         colors: mesh.colors.map(|all| pick(&all, &old)),
+        second_uvs: mesh.second_uvs.map(|all| pick(&all, &old)),
+        tangents: mesh.tangents.map(|all| pick(&all, &old)),
         indices,
     }
 }

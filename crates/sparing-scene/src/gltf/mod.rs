@@ -56,6 +56,8 @@ struct Loader<'a> {
     images: HashMap<(usize, String), ImageId>,
     /// By index and whether vertices have colours.
     materials: HashMap<(Option<usize>, bool), BuiltMaterial>,
+    /// Set of texture coordinates that is the second one of the material at hand, if it has two.
+    second_uv_set: Option<usize>,
     vertices: u64,
     triangles: u64,
     entities: u64,
@@ -82,6 +84,7 @@ fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescription, SceneErr
         pictures: HashMap::new(),
         images: HashMap::new(),
         materials: HashMap::new(),
+        second_uv_set: None,
         vertices: 0,
         triangles: 0,
         entities: 0,

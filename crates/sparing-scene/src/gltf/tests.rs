@@ -194,7 +194,7 @@ fn cameras_and_lights() {
         "extensionsUsed": ["KHR_lights_punctual"],
         "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "aspectRatio": 0.5, "znear": 0.1}}],
         "extensions": {"KHR_lights_punctual": {"lights": [
-            {"type": "point", "color": [1.0, 0.5, 0.0], "intensity": 8.0},
+            {"type": "point", "color": [1.0, 0.5, 0.0], "intensity": 8.0, "range": 10.0},
             {"type": "directional", "intensity": 3.0},
             {"type": "spot", "intensity": 2.0, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.4}}]}},
         "nodes": [
@@ -217,6 +217,12 @@ fn cameras_and_lights() {
     let Light::Spot { direction, cone_angle, cone_delta, .. } = scene.lights[2] else { panic!() };
     assert!(direction == Vec3::NEG_Z && (cone_angle.to_radians() - 0.4).abs() < 1e-6);
     assert!((cone_delta.to_radians() - 0.3).abs() < 1e-6);
+    assert_eq!(
+        scene.warnings,
+        [
+            "extensions.KHR_lights_punctual.lights[0]: its `range` is ignored, light falls off with the square of the distance"
+        ]
+    );
     assert_eq!(scene.lights.len(), 3, "no further light");
 }
 
@@ -334,4 +340,28 @@ fn what_is_not_supported_is_said() {
             "skins are not supported: meshes are as they stand",
         ]
     );
+}
+
+/// Half clear, half not: a mix whose parts bend normals as the material does, and whose clear part is glass of the file's
+/// index.
+#[test]
+fn bodies_that_are_half_clear_keep_their_normal_map() {
+    let scene = load(&square(&json!({
+    "images": png(false), "textures": [{"source": 0}],
+    "materials": [{
+        "normalTexture": {"index": 0}, "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5},
+            "KHR_materials_volume": {"thicknessFactor": 1.0}, "KHR_materials_ior": {"ior": 1.3}},
+    }]})));
+    let material = &scene.materials[scene.shapes[0].material.0 as usize];
+    let MaterialKind::Mix { materials, amount } = material.kind else { panic!("{material:?}") };
+    assert_eq!(amount, FloatInput::Constant(0.5));
+    for part in materials.map(|id| &scene.materials[id.0 as usize]) {
+        assert!(part.normal_map.is_some() && part.normal_map == material.normal_map, "{part:?}");
+    }
+    let MaterialKind::Dielectric { eta, roughness, .. } = &scene.materials[materials[1].0 as usize].kind
+    else {
+        panic!()
+    };
+    assert_eq!((*eta, roughness.u), (1.3, FloatInput::Constant(0.25)));
 }

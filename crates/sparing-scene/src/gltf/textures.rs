@@ -10,12 +10,18 @@ use crate::error::SceneError;
 use crate::images::has_alpha;
 use glam::Vec3;
 
+/// Textures that are looked up by the first texture coordinates: emission knows no others, and normal maps have their axes
+/// along them.
+pub(super) const FIRST_UVS: [&str; 2] = ["emissiveTexture", "normalTexture"];
+
 /// A use of a texture by a material.
 pub(super) struct TextureUse<'a> {
     image: usize,
     node: Node<'a>,
     mapping: UvMapping,
     wrap: [Wrap; 2],
+    /// Whether it is looked up by the second texture coordinates.
+    second: bool,
 }
 
 impl<'a> Loader<'a> {
@@ -50,7 +56,10 @@ impl<'a> Loader<'a> {
             None => UvMapping::default(),
             Some(transform) => mapping(&transform)?,
         };
-        Ok(self.open_picture(image, &picture)?.then_some(TextureUse { image, node: picture, mapping, wrap }))
+        let set = self.uv_set(node, key)?;
+        let second = set.is_some() && set == self.second_uv_set && !FIRST_UVS.contains(&key);
+        let found = self.open_picture(image, &picture)?;
+        Ok(found.then_some(TextureUse { image, node: picture, mapping, wrap, second }))
     }
 
     /// Which set of texture coordinates a texture reads.
@@ -139,7 +148,11 @@ impl<'a> Loader<'a> {
     ) -> Result<TextureId, SceneError> {
         let image = self.image(texture, encoding)?;
         let (mapping, wrap) = (texture.mapping, texture.wrap);
-        self.add_texture(Texture::Image { image, mapping, wrap, scale, invert: false })
+        let picture = self.add_texture(Texture::Image { image, mapping, wrap, scale, invert: false })?;
+        if texture.second {
+            return self.add_texture(Texture::SecondUv { input: ColorInput::Texture(picture) });
+        }
+        Ok(picture)
     }
 
     /// A colour times an sRGB picture.

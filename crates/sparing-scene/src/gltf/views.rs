@@ -2,7 +2,7 @@
 
 use super::Loader;
 use super::json::Node;
-use crate::description::{Light, Projection};
+use crate::description::{Light, Projection, SpotEdge};
 use crate::error::SceneError;
 use glam::{DAffine3, DVec3, Mat4, Vec3};
 
@@ -78,6 +78,14 @@ impl<'a> Loader<'a> {
         if direction == Vec3::ZERO || !position.is_finite() {
             return Err(node.error("its node squashes space"));
         }
+        if light.get("range").is_some() {
+            // A hint where to cut off (KHR_lights_punctual), which light that is transported has no use for.
+            let message = format!(
+                "{}: its `range` is ignored, light falls off with the square of the distance",
+                light.path
+            );
+            self.warnings.add(message);
+        }
         let kind = light.require("type")?;
         let light = match kind.as_str()? {
             "point" => Light::Point { position, intensity: strength },
@@ -100,7 +108,8 @@ impl<'a> Loader<'a> {
                 }
                 let cone_angle = outer.to_degrees();
                 let cone_delta = (outer - inner).to_degrees().clamp(0.0, cone_angle);
-                Light::Spot { position, direction, intensity: strength, cone_angle, cone_delta }
+                let edge = SpotEdge::Square;
+                Light::Spot { position, direction, intensity: strength, cone_angle, cone_delta, edge }
             }
             _ => return Err(kind.error("lights are point, spot and directional")),
         };

@@ -42,11 +42,14 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
     let file = read(path, options, &mut warnings)?;
     let mut scene = SceneDescription { name: path.display().to_string(), ..SceneDescription::default() };
     let materials = add_materials(&file, &mut scene, &mut ImageTable::default(), &mut warnings);
-    let mut default = None;
+    let (mut default, mut colored) = (None, None);
     for part in file.parts {
         let own = part.material.and_then(|index| materials.get(index));
         let material = match own {
             Some(own) => own.material,
+            None if part.mesh.colors.is_some() => {
+                *colored.get_or_insert_with(|| model::add_colored_material(&mut scene))
+            }
             None => *default.get_or_insert_with(|| model::add_default_material(&mut scene)),
         };
         let Some(mesh) = model::without_slivers(part.mesh, &mut warnings, path) else { continue };

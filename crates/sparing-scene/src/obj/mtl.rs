@@ -3,6 +3,7 @@
 //! | in the file | becomes |
 //! | --- | --- |
 //! | `illum` 4, 6, 7, 9, or `d` < 1 with `Ni` other than 1 | dielectric, tint = square root of `Tf` (two crossings) |
+//! | `map_Pm` | a mix by its red channel of the last two rows and a conductor of reflectance `Kd` |
 //! | `Pm` > 0.5 | conductor of reflectance `Kd` (`Ks` where that is black) |
 //! | `illum` 3 or 5 with `Ks` brighter than `Kd` | conductor of reflectance `Ks` |
 //! | `Ks` > 0 | diffuse `Kd` under a coat of index `Ni` (1.5 where it makes no sense) |
@@ -152,8 +153,9 @@ impl Adder<'_> {
         let illum = m.illumination_model.unwrap_or(2);
         let clear = matches!(illum, 4 | 6 | 7 | 9) && ni.is_some();
         let clear = clear || (opacity < 1.0 && cutout.is_none() && ni.is_some_and(|ni| ni != 1.0));
-        let metal = number("Pm").unwrap_or(0.0) > 0.5;
-        let mirror = matches!(illum, 3 | 5) && ks.element_sum() > kd.element_sum();
+        let metalness = self.map(unknown(&["map_Pm"]).as_deref()).filter(|_| !clear);
+        let metal = number("Pm").unwrap_or(0.0) > 0.5 && metalness.is_none();
+        let mirror = matches!(illum, 3 | 5) && ks.element_sum() > kd.element_sum() && metalness.is_none();
         let kind = if clear {
             let tf = unknown(&["Tf"]).and_then(|text| three(&text)).unwrap_or(Vec3::ONE);
             MaterialKind::Dielectric {
@@ -189,6 +191,21 @@ impl Adder<'_> {
         let alpha = match cutout {
             Some(map) => Some(FloatInput::Texture(self.texture(&map, TextureEncoding::Alpha, 1.0))),
             None => (opacity < 1.0 && !clear).then_some(FloatInput::Constant(opacity)),
+        };
+        let kind = match metalness {
+            None => kind,
+            Some(map) => {
+                let amount = FloatInput::Texture(self.texture(&map, TextureEncoding::Red, 1.0));
+                let roughness = self.roughness(m, number("Pr"), false);
+                let metal =
+                    MaterialKind::Conductor { conductor: Conductor::Reflectance(kd_input), roughness };
+                let mut part = |name: &str, kind| {
+                    let name = format!("{} ({name})", m.name);
+                    self.scene.materials.push(Material { name, kind, normal_map, bump });
+                    MaterialId((self.scene.materials.len() - 1) as u32)
+                };
+                MaterialKind::Mix { materials: [part("no metal", kind), part("metal", metal)], amount }
+            }
         };
         let ke = color(m.emissive).unwrap_or(Vec3::ZERO);
         let emission_map = self.map(unknown(&["map_Ke", "map_ke"]).as_deref());

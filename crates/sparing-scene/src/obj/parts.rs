@@ -15,6 +15,15 @@ pub(super) struct Vertices {
     pub positions: Vec<[f32; 3]>,
     pub uvs: Vec<[f32; 2]>,
     pub normals: Vec<[f32; 3]>,
+    /// Linear colours of the first positions, if any position has one; NaN for those without.
+    pub colors: Vec<[f32; 3]>,
+}
+
+impl Vertices {
+    /// The colour of a position, if it has one.
+    fn color(&self, v: u32) -> Option<[f32; 3]> {
+        self.colors.get(v as usize).copied().filter(|color| !color[0].is_nan())
+    }
 }
 
 /// Indices into [`Vertices`].
@@ -39,6 +48,11 @@ impl Corner {
     fn is_smooth(self) -> bool {
         self.vn != Self::NONE && self.vn >= Self::GROUPS
     }
+}
+
+fn opaque(color: Option<[f32; 3]>) -> [f32; 4] {
+    let [r, g, b] = color.unwrap_or([1.0; 3]);
+    [r, g, b, 1.0]
 }
 
 /// Which part used each position of the file last, and its first corner there.
@@ -103,6 +117,12 @@ impl PartBuilder {
             }
             count == self.corners.len() && count != 0
         };
+        // With a material, they are for whoever made the file: its pictures and factors say what is to be seen.
+        let with_color = match self.material {
+            None => self.corners.iter().filter(|c| all.color(c.v).is_some()).count(),
+            Some(_) => 0,
+        };
+        let has_colors = complete(with_color, "colour", "it is grey");
         let has_uvs = complete(with_uv, "texture coordinates", "it has none");
         let has_normals = smooth || complete(with_normal, "normal", "it is shaded flat");
         let computed = if smooth { self.smooth_normals(all) } else { Vec::new() };
@@ -117,7 +137,8 @@ impl PartBuilder {
             normals: has_normals.then(|| self.corners.iter().enumerate().map(normal).collect()),
             uvs: has_uvs.then(|| self.corners.iter().map(|c| all.uvs[c.vt as usize]).collect()),
             indices: self.indices,
-            colors: None,
+            colors: has_colors.then(|| self.corners.iter().map(|c| opaque(all.color(c.v))).collect()),
+            ..TriangleMesh::default()
         }
     }
 

@@ -4,6 +4,7 @@ use super::lines::Lines;
 use super::parts::{Corner, Heads, PartBuilder, Vertices};
 use crate::error::{ErrorKind, SceneError};
 use crate::options::LoadOptions;
+use crate::ply::srgb_to_linear;
 use crate::polygon::Triangulator;
 use crate::source;
 use std::collections::{BTreeMap, HashMap};
@@ -172,7 +173,12 @@ impl<'o> Reader<'o> {
         if !p.iter().all(|v| v.is_finite()) {
             return Err("the vertex is not finite".to_owned());
         }
-        self.out.vertices.positions.push(p);
+        let Vertices { positions, colors, .. } = &mut self.out.vertices;
+        if count >= 6 {
+            colors.resize(positions.len(), [f32::NAN; 3]);
+            colors.push([n[3], n[4], n[5]].map(|v| srgb_to_linear(v.clamp(0.0, 1.0))));
+        }
+        positions.push(p);
         Ok(())
     }
 

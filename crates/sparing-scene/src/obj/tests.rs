@@ -218,3 +218,69 @@ fn names_with_spaces_mixed_line_ends_and_map_options() {
     assert_eq!(scene.images[image.0 as usize].encoding, crate::description::TextureEncoding::Green);
     assert!(scene.shapes[0].emission.is_some());
 }
+
+/// Colours of vertices are sRGB: 0.5 is 0.214 of the light. They count where there is no material, and a part has them
+/// at all of its vertices or not at all.
+#[test]
+fn colours_of_vertices() {
+    let colored = "v 0 0 0 1 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0 0 2 0 1\n";
+    let scene = load(&format!("{colored}f 1 2 3\n"), "");
+    let linear = ((0.5f32 + 0.055) / 1.055).powf(2.4);
+    assert!((linear - 0.214_04).abs() < 1e-5);
+    let found = mesh(&scene).colors.as_ref().unwrap();
+    let expected = [[1.0, 0.0, 0.0, 1.0], [linear, linear, linear, 1.0], [0.0, 1.0, 0.0, 1.0]];
+    for (f, e) in found.as_flattened().iter().zip(expected.as_flattened()) {
+        assert!((f - e).abs() < 1e-6, "{found:?}");
+    }
+    let MaterialKind::MetallicRoughness(m) = &scene.materials[scene.shapes[0].material.0 as usize].kind
+    else {
+        panic!()
+    };
+    assert!(m.vertex_colors && m.specular == FloatInput::Constant(0.0), "matte");
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    // With a material, its colour counts.
+    let scene = load(&format!("mtllib a.mtl\n{colored}usemtl m\nf 1 2 3\n"), "newmtl m\nKd 0.3\n");
+    assert!(mesh(&scene).colors.is_none());
+    // Only some have a colour.
+    let scene = load(&format!("v 0 0 1\n{colored}g a\nf 2 3 4\ng b\nf 1 2 3\n"), "");
+    assert!(mesh(&scene).colors.is_some());
+    assert_eq!(scene.warnings, ["a.obj: some vertices of group `b` have no colour: it is grey"]);
+}
+
+#[test]
+fn maps_of_metalness_and_roughness() {
+    use crate::description::{Texture, TextureEncoding};
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["metal.png", "rough.png"] {
+        image::GrayImage::new(1, 1).save(folder.path().join(name)).unwrap();
+    }
+    // `Pm` and `Pr` give way to their maps.
+    let mtl = "newmtl m\nKd 0.8 0.6 0.2\nPm 1\nPr 0.25\nmap_Pm metal.png\nmap_Pr -s 2 2 rough.png\nKs 0.04\n";
+    std::fs::write(folder.path().join("a.mtl"), mtl).unwrap();
+    std::fs::write(folder.path().join("a.obj"), format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1 2 3\n"))
+        .unwrap();
+    let scene = crate::load(&folder.path().join("a.obj")).unwrap();
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    let kind = |id: crate::description::MaterialId| &scene.materials[id.0 as usize].kind;
+    let MaterialKind::Mix { materials, amount } = kind(scene.shapes[0].material) else { panic!() };
+    let picture = |input: &FloatInput| {
+        let FloatInput::Texture(id) = input else { panic!("{input:?}") };
+        let Texture::Image { image, mapping, scale, .. } = scene.textures[id.0 as usize] else { panic!() };
+        let crate::description::ImageSource::File(path) = &scene.images[image.0 as usize].source else {
+            panic!()
+        };
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        (name, scene.images[image.0 as usize].encoding, mapping.scale, scale)
+    };
+    assert_eq!(picture(amount), ("metal.png".to_owned(), TextureEncoding::Red, [1.0; 2], 1.0));
+    let kd = ColorInput::Constant(vec3(0.8, 0.6, 0.2));
+    let MaterialKind::CoatedDiffuse { reflectance, roughness, .. } = kind(materials[0]) else { panic!() };
+    assert_eq!(*reflectance, kd);
+    assert_eq!(picture(&roughness.u), ("rough.png".to_owned(), TextureEncoding::Linear, [2.0; 2], 1.0));
+    let MaterialKind::Conductor { conductor: Conductor::Reflectance(color), roughness } = kind(materials[1])
+    else {
+        panic!()
+    };
+    assert_eq!(*color, kd);
+    assert_eq!(picture(&roughness.v).0, "rough.png");
+}

@@ -12,8 +12,8 @@ use super::graphics_state::AreaLight;
 use super::params::{ParamList, ParamType};
 use super::spectrum::Quantity;
 use crate::description::{
-    ColorInput, EnvironmentImage, ImageId, Light, SphereMapping, Texture, TextureEncoding, TextureId,
-    UvMapping, Wrap,
+    ColorInput, EnvironmentImage, ImageId, Light, SphereMapping, SpotEdge, Texture, TextureEncoding,
+    TextureId, UvMapping, Wrap,
 };
 use crate::error::{ErrorKind, SceneError, did_you_mean};
 use crate::source::Span;
@@ -168,18 +168,27 @@ impl Builder<'_> {
             not_wider,
         )?;
         if let Some(power) = Self::target(params, "power")? {
+            // As in pbrt-v4, whose smooth step integrates to half of the ring.
             let end = cone_angle.to_radians().cos();
             let start = (cone_angle - cone_delta).to_radians().cos();
             intensity *= power / (2.0 * PI * ((1.0 - start) + (start - end) / 2.0));
         }
-        if self.dialect != Dialect::V4 && cone_delta > 0.0 {
-            self.warnings
-                .at(at, "the edge of this spot light falls off as in version 4, more gently than before");
-        }
+        let edge = match params.string("falloff")? {
+            Some(("smooth", _)) => SpotEdge::Smooth,
+            Some(("square", _)) => SpotEdge::Square,
+            Some(("fourth", _)) => SpotEdge::Fourth,
+            Some((name, param)) => {
+                let error = param.value_error(0, format!("there is no fall-off `{name}`"));
+                return Err(error.help("fall-offs of spot lights are smooth, square and fourth"));
+            }
+            None if self.dialect == Dialect::V4 => SpotEdge::Smooth,
+            None => SpotEdge::Fourth,
+        };
         let from = params.point3("from")?.unwrap_or_default();
         let to = params.point3("to")?.unwrap_or(DVec3::Z);
         let direction = self.world_direction(to - from, at)?;
-        Ok(Light::Spot { position: self.world_point(from), direction, intensity, cone_angle, cone_delta })
+        let position = self.world_point(from);
+        Ok(Light::Spot { position, direction, intensity, cone_angle, cone_delta, edge })
     }
 
     fn distant(&self, params: &ParamList, at: &Span) -> Result<Light, SceneError> {

@@ -67,7 +67,12 @@ impl Builder<'_> {
             FloatInput::Texture(id) => Some(id),
             FloatInput::Constant(_) => None,
         };
+        let before = self.scene.materials.len();
         let kind = self.material_kind(ty, at, &params)?;
+        // Where the type is a mix of parts, those have the maps.
+        for part in &mut self.scene.materials[before..] {
+            (part.normal_map, part.bump) = (normal_map, bump);
+        }
         params.warn_unused(&format!("material `{ty}`"), &mut self.warnings);
         self.add_material(name, kind, normal_map, bump)
     }

@@ -21,6 +21,10 @@ impl Builder<'_> {
     /// Applies the current transformation and puts the mesh into the scene.
     pub(super) fn add_mesh(&mut self, mut mesh: TriangleMesh, at: &Span) -> Result<(), SceneError> {
         self.transform_vertices(&mut mesh.positions, mesh.normals.as_mut(), at)?;
+        for t in mesh.tangents.iter_mut().flatten() {
+            let turned = self.state.ctm.transform_vector3(Vec3::from(*t).as_dvec3());
+            *t = turned.normalize_or_zero().as_vec3().to_array();
+        }
         let before = mesh.indices.len();
         let corner = |mesh: &TriangleMesh, t: [u32; 3]| t.map(|i| Vec3::from(mesh.positions[i as usize]));
         let keep: Vec<bool> =

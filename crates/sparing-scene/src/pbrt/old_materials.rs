@@ -212,14 +212,38 @@ impl Builder<'_> {
         let kd = self.factor(params, "Kd", 0.25)?;
         let (reflect, transmit) =
             (self.factor(params, "reflect", 0.5)?, self.factor(params, "transmit", 0.5)?);
-        if self.factor(params, "Ks", 0.25)? != BLACK {
-            self.warnings.at(at, "the glossy part (`Ks`) of `translucent` is not supported and left out");
+        let ks = self.factor(params, "Ks", 0.25)?;
+        let roughness = self.old_roughness(params, 0.1)?;
+        // The lobes are added up: a mix of both with each divided by its share. That of the gloss is what it reflects, as
+        // a dielectric has no factor on that.
+        let gloss = match (ks, reflect, transmit) {
+            _ if ks == BLACK || (reflect, transmit) == (BLACK, BLACK) => None,
+            (ColorInput::Constant(ks), ColorInput::Constant(r), ColorInput::Constant(t)) => {
+                let share = (ks * r).max_element();
+                let fits = (ks * r).min_element() == share && share > 0.0 && share < 1.0;
+                let tint = ks * t / share;
+                (fits && tint.max_element() <= 1.0).then_some((share, tint))
+            }
+            _ => None,
+        };
+        if gloss.is_none() && ks != BLACK {
+            self.warnings.at(
+                at,
+                "the glossy part (`Ks`) of `translucent` is left out: it needs a grey `Ks` times `reflect`, and \
+                 `transmit` not above `reflect`",
+            );
         }
-        params.ignore(&["roughness", "remaproughness"]);
-        Ok(MaterialKind::DiffuseTransmission {
-            reflectance: self.product(kd, reflect)?,
-            transmittance: self.product(kd, transmit)?,
-        })
+        let rest = ColorInput::Constant(Vec3::splat(gloss.map_or(1.0, |(share, _)| 1.0 / (1.0 - share))));
+        let (reflect, transmit) = (self.product(kd, reflect)?, self.product(kd, transmit)?);
+        let matte = MaterialKind::DiffuseTransmission {
+            reflectance: self.product(reflect, rest)?,
+            transmittance: self.product(transmit, rest)?,
+        };
+        let Some((share, tint)) = gloss else { return Ok(matte) };
+        let glossy = MaterialKind::Dielectric { eta: 1.5, roughness, tint: ColorInput::Constant(tint) };
+        let matte = self.add_material(String::new(), matte, None, None)?;
+        let glossy = self.add_material(String::new(), glossy, None, None)?;
+        Ok(MaterialKind::Mix { materials: [matte, glossy], amount: FloatInput::Constant(share) })
     }
 
     /// Metal or plastic of its colour.

@@ -56,10 +56,13 @@ impl Param {
     pub fn floats(&self, group: usize) -> Result<&[f32], SceneError> {
         match &self.values {
             Values::Floats(values) if values.len() % group == 0 => Ok(values),
-            Values::Floats(values) => Err(self.error(format!(
+            Values::Triples(whole, rest) if rest.is_empty() && 3 * whole.len() % group == 0 => {
+                Ok(whole.as_flattened())
+            }
+            Values::Floats(_) | Values::Triples(..) => Err(self.error(format!(
                 "`{}` has {} values, which is not a multiple of {group}",
                 self.name,
-                values.len()
+                self.values.len()
             ))),
             _ => Err(self.error(format!("`{}` should be numbers", self.name))),
         }
@@ -202,6 +205,21 @@ impl ParamList {
         }
     }
 
+    /// The points that [`Self::groups`] has found in a parameter, moved out of it: a mesh has no second copy of its vertices.
+    pub fn take_points(&mut self, name: &str) -> Vec<[f32; 3]> {
+        let Some(param) = self.params.iter_mut().find(|param| param.name == name) else { return Vec::new() };
+        let mut points = match Rc::get_mut(param).map(|param| &mut param.values) {
+            Some(Values::Triples(whole, _)) => std::mem::take(whole),
+            // A default given by `Attribute` is needed again.
+            _ => match &param.values {
+                Values::Triples(whole, _) => whole.clone(),
+                _ => Vec::new(),
+            },
+        };
+        points.shrink_to_fit();
+        points
+    }
+
     /// Adds parameters given by `Attribute` for those that are not in this list.
     pub fn add_defaults(&mut self, defaults: &[Rc<Param>]) {
         for default in defaults {
@@ -235,5 +253,32 @@ impl Param {
             Values::Strings(values) => values,
             _ => &[],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::SourceFile;
+
+    #[test]
+    fn points_are_moved_out_unless_others_have_them() {
+        let points = vec![[1.0, 2.0, 3.0]; 5];
+        let at = points.as_ptr();
+        let param = Rc::new(Param {
+            name: "P".to_owned(),
+            ty: ParamType::Point3,
+            values: Values::Triples(points, Vec::new()),
+            span: SourceFile::line("text", 1, b""),
+            values_start: 0,
+            used: Cell::new(false),
+        });
+        let mut list = ParamList { params: vec![param.clone()] };
+        let copy = list.take_points("P");
+        assert!(copy == [[1.0, 2.0, 3.0]; 5] && copy.as_ptr() != at);
+        drop(param);
+        assert_eq!(list.groups("P", &[ParamType::Point3], 3).unwrap().unwrap().1.len(), 15);
+        let taken = list.take_points("P");
+        assert!(taken == copy && taken.as_ptr() == at, "the same memory");
     }
 }

@@ -86,6 +86,7 @@ impl Builder<'_> {
                 };
                 Texture::Function { input: self.float_input(params, "input", 0.0)?, function }
             }
+            "seconduv" => Texture::SecondUv { input: self.operand(params, "tex", 0.0, is_float)? },
             "projected" => {
                 let input = self.operand(params, "tex", 0.0, is_float)?;
                 let (_, projection) = self.mapping(params, at)?;

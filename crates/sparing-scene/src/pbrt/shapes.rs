@@ -38,8 +38,8 @@ impl Builder<'_> {
         self.alpha_cutoff = params.float("alphacutoff")?;
         let before = self.triangles;
         match ty {
-            "trianglemesh" => self.triangle_mesh(at, &params)?,
-            "bilinearmesh" => self.bilinear_mesh(at, &params)?,
+            "trianglemesh" => self.triangle_mesh(at, &mut params)?,
+            "bilinearmesh" => self.bilinear_mesh(at, &mut params)?,
             "sphere" => self.sphere(at, &params)?,
             "disk" => self.disk(at, &params)?,
             "cylinder" => {
@@ -54,7 +54,7 @@ impl Builder<'_> {
                 params.ignore(&["displacement", "displacement.edgelength"]);
                 self.add_mesh(mesh, at)?;
             }
-            "loopsubdiv" => self.loop_subdiv(at, &params)?,
+            "loopsubdiv" => self.loop_subdiv(at, &mut params)?,
             "curve" => self.curve(at, &params)?,
             other if LOST.contains(&other) => {
                 params.params.iter().for_each(|param| param.used.set(true));
@@ -103,7 +103,7 @@ impl Builder<'_> {
         Some(Emission { radiance, two_sided: light.two_sided })
     }
 
-    fn triangle_mesh(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+    fn triangle_mesh(&mut self, at: &Span, params: &mut ParamList) -> Result<(), SceneError> {
         let vertices = vertices(at, params, 3)?;
         let count = vertices.positions.len();
         let indices = indices::<3>(params, count, [0, 1, 2], at)?;
@@ -112,7 +112,7 @@ impl Builder<'_> {
         self.add_mesh(TriangleMesh { positions, indices, normals, uvs, ..TriangleMesh::default() }, at)
     }
 
-    fn loop_subdiv(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+    fn loop_subdiv(&mut self, at: &Span, params: &mut ParamList) -> Result<(), SceneError> {
         let vertices = vertices(at, params, 3)?;
         let count = vertices.positions.len();
         let indices = indices::<3>(params, count, [0, 1, 2], at)?;
@@ -129,7 +129,7 @@ impl Builder<'_> {
     }
 
     /// pbrt orders a patch's vertices (u, v) = (0,0), (1,0), (0,1), (1,1); a quad goes round.
-    fn bilinear_mesh(&mut self, at: &Span, params: &ParamList) -> Result<(), SceneError> {
+    fn bilinear_mesh(&mut self, at: &Span, params: &mut ParamList) -> Result<(), SceneError> {
         let vertices = vertices(at, params, 4)?;
         let count = vertices.positions.len();
         let patches = indices::<4>(params, count, [0, 1, 2, 3], at)?;
@@ -285,12 +285,11 @@ struct Vertices {
     uvs: Option<Vec<[f32; 2]>>,
 }
 
-fn vertices(at: &Span, params: &ParamList, fewest: usize) -> Result<Vertices, SceneError> {
+fn vertices(at: &Span, params: &mut ParamList, fewest: usize) -> Result<Vertices, SceneError> {
     let Some((param, p)) = params.groups("P", &[ParamType::Point3], 3)? else {
         return Err(super::missing("P", "point3", at));
     };
-    let positions = p.as_chunks::<3>().0.to_vec();
-    let count = positions.len();
+    let count = p.len() / 3;
     if count < fewest {
         return Err(param.error(format!("`P` needs at least {fewest} points, not {count}")));
     }
@@ -299,10 +298,10 @@ fn vertices(at: &Span, params: &ParamList, fewest: usize) -> Result<Vertices, Sc
         let message = format!("`{ty} {name}` is for {found} vertices, but `P` has {count}");
         if found == count { Ok(()) } else { Err(param.error(message)) }
     };
-    let mut normals = None;
+    let mut has_normals = false;
     if let Some((param, n)) = params.groups("N", &[ParamType::Normal, ParamType::Point3], 3)? {
         fits(param, n.len() / 3)?;
-        normals = Some(n.as_chunks::<3>().0.to_vec());
+        has_normals = true;
     }
     let mut uvs = None;
     for name in ["uv", "st"] {
@@ -311,6 +310,8 @@ fn vertices(at: &Span, params: &ParamList, fewest: usize) -> Result<Vertices, Sc
             uvs.get_or_insert(uv.as_chunks::<2>().0.to_vec());
         }
     }
+    let positions = params.take_points("P");
+    let normals = has_normals.then(|| params.take_points("N"));
     Ok(Vertices { positions, normals, uvs })
 }
 

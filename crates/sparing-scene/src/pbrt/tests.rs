@@ -354,6 +354,47 @@ fn old_materials_have_their_defaults() {
     assert_eq!(leaf, MaterialKind::DiffuseTransmission { reflectance: grey(0.3), transmittance: grey(0.3) });
 }
 
+/// Lambert of 0.25 on both sides is 0.25 * 0.5 each, gloss of 0.25 reflects 0.25 * 0.5 of what a dielectric does: that is
+/// its share of the mix, and the rest is divided by 1 - 0.125. What passes has the same factor, so no tint.
+#[test]
+fn translucent_adds_gloss_on_both_sides() {
+    use crate::description::{ColorInput, FloatInput, MaterialKind};
+    let parts = |parameters: &str| {
+        let scene = base(&format!(
+            "Film \"image\" WorldBegin Texture \"h\" \"float\" \"fbm\" Material \"translucent\" {parameters}\nShape \"sphere\""
+        ));
+        let all = &scene.materials;
+        let MaterialKind::Mix { materials, amount: FloatInput::Constant(amount) } = all.last().unwrap().kind
+        else {
+            panic!("{:?}", scene.warnings)
+        };
+        let [matte, glossy] = materials.map(|id| all[id.0 as usize].clone());
+        assert_eq!((matte.bump, glossy.bump), (all.last().unwrap().bump, all.last().unwrap().bump));
+        let constant = |input| if let ColorInput::Constant(v) = input { v } else { panic!() };
+        let MaterialKind::DiffuseTransmission { reflectance, transmittance } = matte.kind else { panic!() };
+        let MaterialKind::Dielectric { eta, roughness, tint } = glossy.kind else { panic!() };
+        assert!(eta == 1.5 && !roughness.remap && roughness.u != FloatInput::Constant(0.0));
+        (amount, constant(reflectance), constant(transmittance), constant(tint))
+    };
+    let even = Vec3::splat(0.125 / 0.875);
+    assert_eq!(parts("\"texture bumpmap\" \"h\""), (0.125, even, even, Vec3::ONE));
+    // Less passes than is reflected, in one channel: 0.8 * 0.5 against 0.8 * (0.5, 0.25, 0).
+    let (amount, reflectance, transmittance, tint) =
+        parts("\"rgb Kd\" [ 0.3 0.3 0.3 ] \"rgb Ks\" [ 0.8 0.8 0.8 ] \"rgb transmit\" [ 0.5 0.25 0 ]");
+    assert!((amount - 0.4).abs() < 1e-6 && reflectance.abs_diff_eq(Vec3::splat(0.25), 1e-6));
+    assert!(
+        transmittance.abs_diff_eq(vec3(0.25, 0.125, 0.0), 1e-6)
+            && tint.abs_diff_eq(vec3(1.0, 0.5, 0.0), 1e-6)
+    );
+    // Gloss that cannot be had is a warning.
+    let scene = base("WorldBegin Material \"translucent\" \"rgb Ks\" [ 0.3 0.1 0.1 ]\nShape \"sphere\"");
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("left out: it needs a grey `Ks`")),
+        "{:?}",
+        scene.warnings
+    );
+}
+
 /// `amount` is the share of the second material in version 4, of the first before.
 #[test]
 fn mixes_changed_their_direction() {

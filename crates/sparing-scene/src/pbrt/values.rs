@@ -62,6 +62,8 @@ impl ParamType {
 #[derive(Clone, Debug)]
 pub(super) enum Values {
     Floats(Vec<f32>),
+    /// Points, vectors and normals, as meshes have them, with up to two numbers of the next one.
+    Triples(Vec<[f32; 3]>, Vec<f32>),
     Integers(Vec<i32>),
     Bools(Vec<bool>),
     Strings(Vec<String>),
@@ -72,6 +74,7 @@ impl Values {
         match ty {
             ParamType::Integer => Self::Integers(Vec::new()),
             ParamType::Bool => Self::Bools(Vec::new()),
+            ParamType::Point3 | ParamType::Normal => Self::Triples(Vec::new(), Vec::new()),
             ParamType::String | ParamType::Texture => Self::Strings(Vec::new()),
             _ => Self::Floats(Vec::new()),
         }
@@ -80,6 +83,7 @@ impl Values {
     pub fn len(&self) -> usize {
         match self {
             Self::Floats(v) => v.len(),
+            Self::Triples(whole, rest) => 3 * whole.len() + rest.len(),
             Self::Integers(v) => v.len(),
             Self::Bools(v) => v.len(),
             Self::Strings(v) => v.len(),
@@ -124,6 +128,13 @@ impl Values {
                 }
                 // The limit of `number` is that of f32, so this does not overflow.
                 values.push(number(token, source)? as f32);
+            }
+            (Self::Triples(whole, rest), _) => {
+                rest.push(number(token, source)? as f32);
+                if let [x, y, z] = rest[..] {
+                    whole.push([x, y, z]);
+                    rest.clear();
+                }
             }
             (Self::Integers(values), _) => {
                 let text = std::str::from_utf8(token.bytes(source)).unwrap_or_default();

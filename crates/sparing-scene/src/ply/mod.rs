@@ -13,6 +13,7 @@ mod values;
 mod vertices;
 mod write;
 
+pub(crate) use vertices::srgb_to_linear;
 pub use write::write_ply;
 
 use crate::description::{SceneDescription, TriangleMesh};

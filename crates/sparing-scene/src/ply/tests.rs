@@ -118,12 +118,15 @@ fn what_is_written_reads_back_the_same() {
     let mut mesh = icosphere(4);
     mesh.uvs = Some(mesh.positions.iter().map(|p| [p[0], -p[1]]).collect());
     for colors in [None, Some(vec![[0.25, 0.5, 2.0, 0.75]; mesh.positions.len()])] {
+        mesh.second_uvs = colors.as_ref().map(|_| mesh.positions.iter().map(|p| [p[1], p[2]]).collect());
+        mesh.tangents = colors.as_ref().map(|_| mesh.positions.iter().map(|p| [p[2], p[0], -p[1]]).collect());
         mesh.colors = colors;
         let mut bytes = Vec::new();
         write_ply(&mesh, &mut bytes).unwrap();
         let back = read(&bytes).unwrap();
         assert_eq!((&back.positions, &back.indices), (&mesh.positions, &mesh.indices));
         assert_eq!((&back.normals, &back.uvs, &back.colors), (&mesh.normals, &mesh.uvs, &mesh.colors));
+        assert_eq!((&back.second_uvs, &back.tangents), (&mesh.second_uvs, &mesh.tangents));
         for cut in (0..bytes.len()).step_by(997) {
             assert!(read(&bytes[..cut]).is_err(), "{cut}");
         }

@@ -7,7 +7,9 @@ use crate::description::TriangleMesh;
 use crate::error::{ErrorKind, SceneError};
 
 /// Values that are kept of a vertex, by name; texture coordinates have several.
-const NAMES: [&str; 12] = ["x", "y", "z", "nx", "ny", "nz", "u", "v", "red", "green", "blue", "alpha"];
+const NAMES: [&str; 17] = [
+    "x", "y", "z", "nx", "ny", "nz", "u", "v", "red", "green", "blue", "alpha", "u2", "v2", "tx", "ty", "tz",
+];
 const COORDINATES: [[&str; 2]; 4] =
     [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 /// Vertices that are handled at a time: their bytes stay in the cache.
@@ -16,9 +18,11 @@ const BATCH: u64 = 4096;
 /// Which property is which value.
 struct Layout {
     /// Property of each of [`NAMES`].
-    of: [Option<usize>; 12],
+    of: [Option<usize>; NAMES.len()],
     normals: bool,
     uvs: bool,
+    second_uvs: bool,
+    tangents: bool,
     /// What the numbers of a colour are divided by.
     colors: Option<f32>,
 }
@@ -37,7 +41,8 @@ impl Layout {
         }
         let all = |range: std::ops::Range<usize>| of[range].iter().all(Option::is_some);
         let colors = all(8..11).then(|| of[8].map_or(1.0, |i| element.properties[i].item.full()));
-        Ok(Self { normals: all(3..6), uvs: pair.is_some(), colors, of })
+        let (second_uvs, tangents) = (all(12..14), all(14..17));
+        Ok(Self { normals: all(3..6), uvs: pair.is_some(), colors, second_uvs, tangents, of })
     }
 }
 
@@ -53,6 +58,8 @@ pub(super) fn read(
     mesh.normals = layout.normals.then(|| Vec::with_capacity(count));
     mesh.uvs = layout.uvs.then(|| Vec::with_capacity(count));
     mesh.colors = layout.colors.map(|_| Vec::with_capacity(count));
+    mesh.second_uvs = layout.second_uvs.then(|| Vec::with_capacity(count));
+    mesh.tangents = layout.tangents.then(|| Vec::with_capacity(count));
     match values {
         Values::Binary { input, format } if element.properties.iter().all(|p| p.count.is_none()) => {
             read_rows(input, *format, element, &layout, mesh)?;
@@ -97,13 +104,27 @@ fn read_rows(
         if let Some(colors) = &mut mesh.colors {
             rows.columns([8, 9, 10, 11].map(place), layout.colors.unwrap_or(1.0), colors);
         }
+        if let Some(uvs) = &mut mesh.second_uvs {
+            rows.columns([12, 13].map(place), 0.0, uvs);
+        }
+        if let Some(tangents) = &mut mesh.tangents {
+            rows.columns([14, 15, 16].map(place), 0.0, tangents);
+        }
         let finite = |values: &[f32]| values.iter().fold(true, |all, v| all & v.is_finite());
         let new = |values: &Option<Vec<[f32; 3]>>| {
             values.as_ref().is_none_or(|v| finite(v[first..].as_flattened()))
         };
-        let uvs = mesh.uvs.as_ref().is_none_or(|uvs| finite(uvs[first..].as_flattened()));
+        let pairs = |values: &Option<Vec<[f32; 2]>>| {
+            values.as_ref().is_none_or(|v| finite(v[first..].as_flattened()))
+        };
+        let uvs = pairs(&mesh.uvs) && pairs(&mesh.second_uvs);
         let colors = mesh.colors.as_ref().is_none_or(|c| finite(c[first..].as_flattened()));
-        if !(finite(mesh.positions[first..].as_flattened()) && new(&mesh.normals) && uvs && colors) {
+        if !(finite(mesh.positions[first..].as_flattened())
+            && new(&mesh.normals)
+            && new(&mesh.tangents)
+            && uvs
+            && colors)
+        {
             let message = format!("a vertex after byte {start} is not finite");
             return Err(error_at(message, input.offset()));
         }
@@ -179,7 +200,7 @@ fn read_one_by_one(
             }
             row[slot] = value;
         }
-        let [x, y, z, nx, ny, nz, u, v, red, green, blue, alpha, _] = row;
+        let [x, y, z, nx, ny, nz, u, v, red, green, blue, alpha, u2, v2, tx, ty, tz, _] = row;
         mesh.positions.push([x, y, z]);
         if let Some(normals) = &mut mesh.normals {
             normals.push([nx, ny, nz]);
@@ -189,6 +210,12 @@ fn read_one_by_one(
         }
         if let Some(colors) = &mut mesh.colors {
             colors.push([red, green, blue, alpha]);
+        }
+        if let Some(uvs) = &mut mesh.second_uvs {
+            uvs.push([u2, v2]);
+        }
+        if let Some(tangents) = &mut mesh.tangents {
+            tangents.push([tx, ty, tz]);
         }
     }
     Ok(())
@@ -209,6 +236,6 @@ fn decode_colors(colors: &mut [[f32; 4]], full: f32) {
 }
 
 /// The sRGB transfer function, undone (IEC 61966-2-1).
-fn srgb_to_linear(v: f32) -> f32 {
+pub(crate) fn srgb_to_linear(v: f32) -> f32 {
     if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }

@@ -4,7 +4,7 @@ use super::Split;
 use super::random::Random;
 use crate::description::{
     ColorInput, Emission, Geometry, Image, ImageId, Instance, Light, Material, MaterialId, MaterialKind,
-    ObjectDefinition, Projection, SceneDescription, Shape, Texture, TextureId,
+    ObjectDefinition, Projection, SceneDescription, Shape, SpotEdge, Texture, TextureId,
 };
 use glam::{Affine3A, Mat3, Mat4, Vec3};
 
@@ -82,7 +82,8 @@ impl Stage {
     pub fn spot_light(&mut self, position: Vec3, at: Vec3, cone_angle: f32, intensity: Vec3) {
         let direction = (at - position).normalize_or(Vec3::NEG_Y);
         let cone_delta = cone_angle * 0.25;
-        self.scene.lights.push(Light::Spot { position, direction, intensity, cone_angle, cone_delta });
+        let edge = SpotEdge::Smooth;
+        self.scene.lights.push(Light::Spot { position, direction, intensity, cone_angle, cone_delta, edge });
     }
 
     /// Parallel light from the direction `from`.

@@ -9,7 +9,7 @@ mod text;
 
 use crate::description::{
     ImageId, ImageSource, Light, PixelFilter, Projection, SamplerKind, SceneDescription, SphereMapping,
-    TextureEncoding, TriangleMesh,
+    SpotEdge, TextureEncoding, TriangleMesh,
 };
 use crate::error::{ErrorKind, SceneError};
 use glam::{Mat3, Mat4, Vec3};
@@ -230,11 +230,16 @@ impl Writer<'_> {
                     let from = numbers("point3 from", &position.to_array());
                     format!("LightSource \"point\"{from}{}", color("I", *intensity))
                 }
-                Light::Spot { position, direction, intensity, cone_angle, cone_delta } => {
+                Light::Spot { position, direction, intensity, cone_angle, cone_delta, edge } => {
                     let to = numbers("point3 to", &direction.to_array());
                     let cone = number("coneangle", *cone_angle) + &number("conedeltaangle", *cone_delta);
                     let [x, y, z] = position.to_array();
-                    let light = format!("LightSource \"spot\"{to}{cone}{}", color("I", *intensity));
+                    let edge = match edge {
+                        SpotEdge::Smooth => "",
+                        SpotEdge::Square => " \"string falloff\" \"square\"",
+                        SpotEdge::Fourth => " \"string falloff\" \"fourth\"",
+                    };
+                    let light = format!("LightSource \"spot\"{to}{cone}{edge}{}", color("I", *intensity));
                     format!("AttributeBegin\n  Translate {x} {y} {z}\n  {light}\nAttributeEnd")
                 }
                 Light::Distant { direction, irradiance } => {

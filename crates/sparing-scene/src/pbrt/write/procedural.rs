@@ -52,6 +52,7 @@ pub(super) fn texture(texture: &Texture) -> (Affine3A, String) {
             let corners: String = names.iter().zip(corners).map(|(name, c)| color(name, c)).collect();
             (identity, format!("\"bilerp\"{corners}{}", mapping(uv)))
         }
+        Texture::SecondUv { input } => (identity, format!("\"seconduv\"{}", color_input("tex", input))),
         Texture::Coordinates { mapping: ref uv } => (identity, format!("\"uv\"{}", mapping(uv))),
         // The others are written by the caller.
         Texture::Constant(_)

@@ -333,7 +333,12 @@ impl<'a> Writer<'a> {
 
     /// A mesh in a file of its own.
     fn ply_mesh(&mut self, mesh: &'a TriangleMesh) -> Result<String, SceneError> {
-        let Some(folder) = &self.meshes else { return Err(unsupported("the colours of vertices")) };
+        let Some(folder) = &self.meshes else {
+            return Err(unsupported(match mesh.colors {
+                Some(_) => "the colours of vertices",
+                None => "second texture coordinates and tangents",
+            }));
+        };
         let file = folder.join(format!("mesh-{}.ply", self.files.meshes.len()));
         let text = format!("\"plymesh\" \"string filename\" {}", quoted(&file.to_string_lossy()));
         self.files.meshes.push((file, mesh));
@@ -344,7 +349,7 @@ impl<'a> Writer<'a> {
         let (frame, geometry) = match &shape.geometry {
             Geometry::Triangles(mesh) if mesh.indices.is_empty() => return Ok(()),
             Geometry::Quads(mesh) if mesh.indices.is_empty() => return Ok(()),
-            Geometry::Triangles(mesh) if self.meshes.is_some() || mesh.colors.is_some() => {
+            Geometry::Triangles(mesh) if self.meshes.is_some() || needs_file(mesh) => {
                 (None, self.ply_mesh(mesh)?)
             }
             Geometry::Triangles(mesh) => {
@@ -424,6 +429,11 @@ fn scaled(a: ColorInput, b: ColorInput) -> String {
 
 fn numbers_of(matrix: &Mat4) -> String {
     matrix.to_cols_array().map(|v| v.to_string()).join(" ")
+}
+
+/// Whether a mesh has what the text of a shape cannot say.
+fn needs_file(mesh: &TriangleMesh) -> bool {
+    mesh.colors.is_some() || mesh.second_uvs.is_some() || mesh.tangents.is_some()
 }
 
 fn vertices(positions: &[[f32; 3]], normals: Option<&[[f32; 3]]>, uvs: Option<&[[f32; 2]]>) -> String {
