@@ -6,12 +6,15 @@
 //! offsets scale with the scene (compare "Physically Based Rendering", 4th ed., section 6.8).
 //!
 //! That keeps them off the triangle that was hit, but not off its neighbours, which would let light into closed
-//! meshes: so points of meshes are kept [`EDGE_OFFSETS`] offsets off the edges too. A point x off an edge and h
-//! along the normal is x sin a - h cos a inside of a neighbour at an angle of a: with x = 4 h, at least h from 30
-//! degrees on, and not outside from 15 degrees on. The point's own rounding is below 6 units of 2^-24 of the largest
-//! coordinate, that of Embree's distances below 6 of the neighbour's, and h is 32. So rays from within a closed mesh
-//! stay there if neighbours are at most four times as far from the world's origin, meet at 30 degrees or more, and
-//! have heights of 16 h (3e-5 of the largest coordinate) or more.
+//! meshes: so points of meshes are kept off the edges too, by [`EDGE_OFFSETS`] offsets over the cosine of the ray that
+//! came. A point x off an edge and h along the normal is x sin a - h cos a inside of a neighbour at an angle of a: at
+//! least h for x = h cot(a / 2), which is 4 h at 28 degrees. Sharper wedges need more, but what comes from within them
+//! comes at an angle below 2 a (from at least twice as far from the edge; nearer, the point itself is far enough off):
+//! its cosine, the sine of that angle, says how sharp the wedge may be, and 4 h over it is enough. [`LEAST_COS`] bounds
+//! how far points are moved, which keeps wedges of a degree closed. The point's own rounding is below 6 units of 2^-24
+//! of the largest coordinate, that of Embree's distances below 6 of the neighbour's, and h is 32. So rays from within a
+//! closed mesh stay there if neighbours are at most four times as far from the world's origin, meet at a degree or
+//! more, and have heights of four times those distances from the edges.
 
 use super::{Placement, Scene};
 use crate::counters::{Counter, count};
@@ -26,8 +29,12 @@ use std::sync::Arc;
 pub const OFFSET_ULPS: f32 = 32.0;
 const OFFSET_SCALE: f32 = OFFSET_ULPS / 16_777_216.0;
 
-/// Distance of points from the edges of their triangle, in units of their distance from the surface.
+/// Distance of points from the edges of their triangle, in units of their distance from the surface over the cosine of
+/// the ray.
 pub const EDGE_OFFSETS: f32 = 4.0;
+
+/// Least cosine that counts for that.
+pub const LEAST_COS: f32 = 1.0 / 32.0;
 
 /// The numbers of a shape that hits need.
 #[derive(Clone, Debug)]
@@ -233,7 +240,7 @@ impl Scene {
         let mut s = match &shape.geometry {
             ShapeGeometry::Triangles(mesh) => {
                 let [a, b, c] = mesh.indices[hit.face as usize];
-                mesh.triangle::<NEEDS>([a, b, c], TRIANGLE_UVS, hit.u, hit.v, instance)
+                mesh.triangle::<NEEDS>([a, b, c], TRIANGLE_UVS, hit.u, hit.v, direction, instance)
             }
             ShapeGeometry::Quads(mesh) => {
                 let [a, b, c, d] = mesh.indices[hit.face as usize];
@@ -243,11 +250,12 @@ impl Scene {
                         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
                         hit.u,
                         hit.v,
+                        direction,
                         instance,
                     )
                 } else {
                     let uvs = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
-                    mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, instance)
+                    mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, direction, instance)
                 }
             }
             ShapeGeometry::Sphere { center, radius, axes } => {
@@ -280,6 +288,7 @@ where
         default_uvs: [[f32; 2]; 3],
         u: f32,
         v: f32,
+        direction: Vec3,
         instance: Option<&Placement>,
     ) -> SurfacePoint {
         let needs = Needs::from_bits_retain(NEEDS);
@@ -300,7 +309,8 @@ where
         }
         let mut weights = [w, u, v];
         // No edge is longer than the root of twice the sum: a point that passes is far from all of them.
-        let (nearest, margin) = (w.min(u).min(v).max(0.0), EDGE_OFFSETS * offset);
+        let (nearest, cos) = (w.min(u).min(v).max(0.0), ng.dot(direction).abs().max(LEAST_COS));
+        let margin = EDGE_OFFSETS * offset / cos;
         if nearest * nearest * cross.length_squared()
             < margin * margin * 2.0 * (e1.length_squared() + e2.length_squared())
         {
