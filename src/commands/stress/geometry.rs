@@ -314,7 +314,7 @@ fn wedges(effort: Effort) -> anyhow::Result<f64> {
         let world = format!(
             "{WHITE}{WHITE_MATERIAL}Shape \"trianglemesh\" \"point3 P\" [{points}] \"integer indices\" [0 1 2 3 5 4 0 4 1 0 3 4 1 5 2 1 4 5 2 3 0 2 5 3]"
         );
-        lit += with(&camera, &world, effort.of(256, 4096), 64, true)?.lit();
+        lit += with(&camera, &world, effort.of(256, 1024), 64, true)?.lit();
     }
     Ok(lit)
 }

@@ -312,12 +312,13 @@ where
         let mut weights = [w, u, v];
         // No edge is longer than the root of twice the sum: a point that passes is far from all of them.
         let nearest = w.min(u).min(v).max(0.0);
-        let cos = (COS_SCALE * ng.dot(direction).abs()).clamp(LEAST_COS, 1.0);
-        let margin = EDGE_OFFSETS * offset / cos;
-        if nearest * nearest * cross.length_squared()
-            < margin * margin * 2.0 * (e1.length_squared() + e2.length_squared())
-        {
-            weights = off_edges(weights, cross.length(), [e2 - e1, e2, e1], EDGE_OFFSETS * offset, margin);
+        // The scaled cosine times the length of `cross`, squared: nothing here waits for the normal.
+        let (square, along) = (cross.length_squared(), COS_SCALE * cross.dot(direction));
+        let scaled = (along * along).max(LEAST_COS * LEAST_COS * square).min(square);
+        let least = EDGE_OFFSETS * offset;
+        if nearest * nearest * scaled < least * least * 2.0 * (e1.length_squared() + e2.length_squared()) {
+            let margin = least * (square / scaled).sqrt();
+            weights = off_edges(weights, cross.length(), [e2 - e1, e2, e1], least, margin);
         }
         let position = p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2];
         let mut ns = ng;
