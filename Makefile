@@ -43,11 +43,7 @@ bench: setup ## run all benchmarks
 	@$(CARGO) bench --workspace --bench '*'
 
 valgrind: setup ## run the tests of the wrappers of C libraries under memcheck (needs valgrind)
-	@command -v valgrind >/dev/null || \
-		{ echo "valgrind is missing; install it first, on Debian and Ubuntu: apt-get install valgrind" >&2; exit 1; }
-	@crates/embree4/valgrind.sh
-	@crates/openexr-core/valgrind.sh
-	@crates/libsvm-oracle/valgrind.sh
+	@scripts/valgrind.sh
 
 references: setup ## render the reference pictures of the tests again (long; look at them before you commit)
 	@SPARING_WRITE_REFERENCES=1 $(CARGO) test --test integration references -- --nocapture

@@ -98,6 +98,10 @@ fn pictures() {
         );
         std::fs::write(path(name), text).expect("a scene");
     };
+    // 12 bytes a pixel, of which the files have none.
+    std::fs::write(path("large.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 20000\n")
+        .expect("a file");
+    texture("hdr.pbrt", "large.hdr");
     exr("wide.exr", [65_536, 1], 3);
     exr("high.exr", [1, 65_536], 3);
     exr("wider.exr", [65_537, 1], 3);
@@ -116,6 +120,12 @@ fn pictures() {
             ("compare wider.pfm wider.pfm", 1, "wider.pfm"),
             ("render exr.pbrt -o a.png", 1, "wider.exr"),
             ("render pfm.pbrt -o a.png", 1, "wider.pfm"),
+            (
+                "compare large.hdr large.hdr",
+                1,
+                "large.hdr: 20000x20000 pixels take 4800000000 bytes in memory",
+            ),
+            ("render hdr.pbrt -o a.png", 1, "large.hdr: 20000x20000 pixels take 4800000000 bytes in memory"),
             ("info more.exr", 1, "1025 channels, the limit is 1024"),
             ("merge more.exr -o a.png", 1, "1025 channels, the limit is 1024"),
         ],

@@ -96,6 +96,16 @@ fn numbers_that_make_no_sense() {
     for (start, end) in [(1.0, 0.0), (0.5, 0.5), (f32::NAN, 1.0), (0.0, f32::INFINITY), (-3e38, 3e38)] {
         assert!(matches!(refused(triangle().time_range(start, end)), Error::InvalidOption { .. }));
     }
+    // Steps outside of the scene's time, in which Embree read past the buffers: found by fuzzing.
+    let steps = |start, end| triangle().time_steps([points(3), points(3)]).time_range(start, end);
+    for (start, end) in
+        [(-3.97, -3.625), (-1.0, 0.0), (-1.0, 1e-9), (1.0, 2.0), (1.0 - 6e-8, 9.0), (1e30, 2e30)]
+    {
+        assert!(matches!(refused(steps(start, end)), Error::InvalidOption { .. }), "{start} to {end}");
+    }
+    for (start, end) in [(-9.0, 0.001), (0.999, 9.0), (-1e30, 1e30), (0.5, 0.500_001), (-1e-30, 1e-30)] {
+        scene_of(inner.device(), steps(start, end));
+    }
     let sheet = || Subdivision::new(points(4), vec![4], vec![0, 1, 2, 3]);
     assert!(matches!(refused(sheet().tessellation_rate(f32::NAN)), Error::NotFinite { .. }));
     assert!(matches!(refused(sheet().edge_levels(vec![f32::INFINITY; 4])), Error::NotFinite { .. }));

@@ -8,6 +8,7 @@
 
 pub mod atomic;
 pub mod color;
+mod decode;
 pub mod exr;
 pub mod film;
 pub mod metrics;

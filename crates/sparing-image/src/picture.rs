@@ -54,12 +54,13 @@ pub enum PictureError {
 
 /// Largest width or height accepted.
 pub const MAX_SIDE: u32 = 65_536;
+pub use crate::decode::MAX_BYTES;
 
 impl Picture {
     /// Reads PNG, JPEG, Radiance HDR, OpenEXR, PFM or TGA from a file, chosen by content (TGA by its name).
     ///
     /// # Errors
-    /// Unreadable file, unknown format, damaged data, a side over [`MAX_SIDE`].
+    /// Unreadable file, unknown format, damaged data, a side over [`MAX_SIDE`], more than [`MAX_BYTES`].
     pub fn read(path: &Path) -> Result<Self, PictureError> {
         let name = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|source| PictureError::Io { name: name.clone(), source })?;
@@ -72,54 +73,17 @@ impl Picture {
     /// these. Channels such as depth are not colour: a file without any of them is an error.
     ///
     /// # Errors
-    /// Unknown format, damaged data, a side over [`MAX_SIDE`].
+    /// Unknown format, damaged data, a side over [`MAX_SIDE`], more than [`MAX_BYTES`].
     pub fn decode(bytes: &[u8], name: &str) -> Result<Self, PictureError> {
-        let fail = |reason: String| PictureError::Decode { name: name.to_owned(), reason };
         if bytes.starts_with(&openexr_core::MAGIC) {
             return Self::from_exr(&decode_exr(bytes, name)?, name);
         }
         if pfm::is_pfm(bytes) {
             return pfm::decode(bytes, name);
         }
-        let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|e| fail(e.to_string()))?;
-        // TGA files do not begin with a mark of their own: the name decides.
-        let is_tga = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
-        if reader.format().is_none() && is_tga {
-            reader.set_format(image::ImageFormat::Tga);
-        }
-        if let Some(format) = reader.format() {
-            let header = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
-            if let Ok((width, height)) = header.into_dimensions()
-                && width.max(height) > MAX_SIDE
-            {
-                let side = width.max(height);
-                return Err(fail(format!("a side of {side} pixels exceeds the limit MAX_SIDE = {MAX_SIDE}")));
-            }
-        }
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(4 << 30);
-        reader.limits(limits);
-        let decoded = reader.decode().map_err(|e| fail(e.to_string()))?;
-        let (width, height) = (decoded.width(), decoded.height());
-        if width == 0 || height == 0 {
-            return Err(fail("it has no pixels".into()));
-        }
-        let color = decoded.color();
-        let pixels = match decoded {
-            image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_) => {
-                Pixels::Rgb32F(decoded.into_rgb32f().pixels().map(|p| p.0).collect())
-            }
-            other => Pixels::Rgba8 {
-                data: other.into_rgba8().pixels().map(|p| p.0).collect(),
-                has_alpha: color.has_alpha(),
-            },
-        };
-        Ok(Self { width, height, pixels })
+        crate::decode::decode(bytes, name)
     }
+
     fn from_exr(image: &ExrImage, name: &str) -> Result<Self, PictureError> {
         let rgb = image.rgb_layers().first().and_then(|layer| image.rgb(layer));
         let data = rgb.ok_or_else(|| {

@@ -193,7 +193,8 @@ fn the_same_picture_at_every_scale() {
         let mean = at(scale, Vec3::ZERO);
         assert!((mean / reference - 1.0).abs() < 2e-3, "scale {scale}: {mean} {reference}");
     }
-    // Far from the origin coordinates have fewer digits: 1e4 sizes away, an ulp is 1/2048 of the box.
+    // Far from the origin coordinates have fewer digits: 1e4 sizes away, an ulp is 1/4096 of the box, and points are kept up to
+    // a sixteenth of the box off its edges.
     let mean = at(1.0, Vec3::new(1e4, -1e4, 1e4));
-    assert!((mean / reference - 1.0).abs() < 2e-2, "shifted: {mean} {reference}");
+    assert!((mean / reference - 1.0).abs() < 3e-2, "shifted: {mean} {reference}");
 }

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::{closed_box, diffuse, quad_box, scene_with, shape};
+use common::{closed_box, diffuse, quad_box, scene_with, shape, wedge};
 use embree4::{Ray, RayHit};
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use sparing_render::scene::surface::SurfaceHit;
 use sparing_render::{BuildOptions, Needs, Scene};
-use sparing_scene::description::{Geometry, Instance, ObjectDefinition, TriangleMesh};
+use sparing_scene::description::{Geometry, Instance, ObjectDefinition};
 use sparing_scene::generate::icosphere;
 
 /// Directions all around, by the golden angle.
@@ -73,15 +73,6 @@ fn triangles(geometry: Geometry, change: impl Fn(Vec3) -> Vec3) -> Geometry {
         *p = change(Vec3::from(*p)).to_array();
     }
     Geometry::Triangles(mesh)
-}
-
-/// A prism whose sides meet at `degrees` in an edge along y.
-fn wedge(degrees: f32) -> Geometry {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    let ends = [-1.0, 1.0].map(|y| [[0.0, y, 0.0], [1.0, y, 0.0], [cos, y, sin]]);
-    let indices =
-        vec![[0, 1, 2], [3, 5, 4], [0, 4, 1], [0, 3, 4], [1, 5, 2], [1, 4, 5], [2, 3, 0], [2, 5, 3]];
-    Geometry::Triangles(TriangleMesh { positions: ends.concat(), indices, ..TriangleMesh::default() })
 }
 
 #[test]

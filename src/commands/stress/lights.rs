@@ -96,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         area: AREA,
         name: "large-texture",
-        does: "A texture of 16,384 on a side (quick 2,048), of which its corners, its middle and its edges are seen texel by texel. Takes 2.4 GB.",
+        does: "A texture of 16,384 on a side (quick 2,048), of which its corners, its middle and its edges are seen texel by texel. Takes 1.4 GB.",
         unit: "largest error (a texel's step is 1/255)",
         bound: 8e-3,
         measure: |e| large_texture(e.of(2_048, 16_384), e.of(16, 64)),

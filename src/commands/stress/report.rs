@@ -15,7 +15,8 @@ pub(super) fn write(folder: &Path, outcomes: &[Outcome], effort: Effort) -> anyh
     let form = effort.of("sparing stress --quick", "sparing stress");
     let _ = writeln!(
         page,
-        "Made by `{form} --report docs`. Every case asserts that nothing panics and that what it measures is at most its bound.\n"
+        "Made by `{form} --report docs` of sparing {}, which the table is of. Every case asserts that nothing panics and that what it measures is at most its bound.\n",
+        crate::VERSION
     );
     let mut csv = String::from("area,case,measured,bound,unit,holds\n");
     let mut area = "";

@@ -1,8 +1,10 @@
 //! Materials at their ends.
 
 use super::case::{Case, Effort};
-use super::scenes::{WHITE, described, picture, render, with};
+use super::scenes::{Picture, WHITE, described, picture, render, with};
 use sparing_render::RenderSettings;
+use sparing_render::integrator::Estimator;
+use sparing_render::sampling::power_heuristic;
 use sparing_scene::description::{Texture, TextureId};
 
 const AREA: &str = "Shading";
@@ -39,6 +41,42 @@ pub(super) const CASES: &[Case] = &[
         unit: "excess and bad values",
         bound: 2e-3,
         measure: conductors,
+    },
+    Case {
+        area: AREA,
+        name: "grazing-materials",
+        does: "Plains of all materials, roughness 0 to 1, seen at angles to 1e-4 of a degree, in white light: brighter than their \
+               surroundings, or not finite.",
+        unit: "excess of the mean",
+        bound: 2e-3,
+        measure: grazing,
+    },
+    Case {
+        area: AREA,
+        name: "mis-weights",
+        does: "Weights of two densities of 0, denormal, 1e-38 to 1e38 and infinite, in all pairs: what is missing to a sum of 1, or out \
+               of 0 to 1.",
+        unit: "largest error",
+        bound: 1e-6,
+        measure: |_| Ok(weights()),
+    },
+    Case {
+        area: AREA,
+        name: "needle-densities",
+        does: "Metal of the least roughness that is rough under a bright disk of 1e-3 and of 1e3, densities up to 1e6 and more, with each \
+               estimator: values not finite, and the step from roughness 0 where the disk is large.",
+        unit: "bad values and relative step",
+        bound: 0.02,
+        measure: needles,
+    },
+    Case {
+        area: AREA,
+        name: "degenerate-tangents",
+        does: "Anisotropic metal under normal maps on sheets whose texture coordinates are all one, on a line, 1e-30 apart, mirrored or \
+               huge: samples that are not finite, or light that is made.",
+        unit: "excess of the mean",
+        bound: 2e-3,
+        measure: tangents,
     },
     Case {
         area: AREA,
@@ -139,7 +177,7 @@ fn materials() -> [(Make, &'static str); 6] {
     ]
 }
 
-fn sphere(material: &str, spp: u32) -> anyhow::Result<super::scenes::Picture> {
+fn sphere(material: &str, spp: u32) -> anyhow::Result<Picture> {
     render(&format!("{WHITE}{material} Shape \"sphere\" \"float radius\" 1"), spp)
 }
 
@@ -231,6 +269,88 @@ fn inward(effort: Effort) -> anyhow::Result<f64> {
             );
             let p = render(&world, effort.of(64, 1024))?;
             worst = worst.max(p.excess());
+        }
+    }
+    Ok(worst)
+}
+
+fn grazing(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for height in [1e-2, 1e-4, 1e-6] {
+        let camera =
+            format!("LookAt 0 {height} 0  0 {height} 1  0 1 0 Camera \"perspective\" \"float fov\" 1");
+        let plain = "Shape \"bilinearmesh\" \"point3 P\" [-100 0 -1 100 0 -1 -100 0 1000 100 0 1000]";
+        // As below: what is behind an open sheet of glass is brighter.
+        for (material, _) in materials().into_iter().filter(|(_, name)| *name != "dielectric") {
+            for roughness in [0.0, 1.1e-3, 0.1, 1.0] {
+                let world = format!("{WHITE}{} {plain}", material(1.0, roughness));
+                worst = worst.max(with(&camera, &world, effort.of(16, 256), 64, true)?.excess());
+            }
+        }
+    }
+    Ok(worst)
+}
+
+fn weights() -> f64 {
+    let densities = [0.0, 1e-45, 1e-38, 1e-20, 1e-6, 1.0, 3.0, 1e6, 1e20, 1e38, f32::INFINITY];
+    let mut worst: f64 = 0.0;
+    for a in densities {
+        for b in densities {
+            let (one, other) = (f64::from(power_heuristic(a, b)), f64::from(power_heuristic(b, a)));
+            let out = (one - 1.0).max(-one).max(0.0);
+            let error = (one + other - 1.0).abs() + out;
+            worst = worst.max(if error.is_nan() { f64::INFINITY } else { error });
+        }
+    }
+    worst
+}
+
+fn needles(effort: Effort) -> anyhow::Result<f64> {
+    let mut worst: f64 = 0.0;
+    for radius in [1e-3, 1e3] {
+        let rendered = |roughness: f64, estimator: Estimator| -> anyhow::Result<Picture> {
+            let world = format!(
+                "AttributeBegin Translate 0 0 -100 AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true Shape \"disk\" \"float radius\" {radius} AttributeEnd Material \"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" {roughness} \"bool remaproughness\" false Shape \"sphere\" \"float radius\" 1"
+            );
+            let camera = "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 20";
+            let settings = RenderSettings { max_depth: 4, estimator, ..RenderSettings::default() };
+            picture(described(camera, &world)?, effort.of(256, 4096), settings, true)
+        };
+        let smooth = rendered(0.0, Estimator::Mis)?;
+        worst = worst.max(smooth.bad());
+        for estimator in [Estimator::Mis, Estimator::BsdfOnly, Estimator::LightOnly] {
+            let rough = rendered(1.01e-3, estimator)?;
+            worst = worst.max(rough.bad());
+            if radius > 1.0 && estimator != Estimator::LightOnly {
+                worst = worst.max((rough.mean() / smooth.mean() - 1.0).abs());
+            }
+        }
+    }
+    Ok(worst)
+}
+
+fn tangents(effort: Effort) -> anyhow::Result<f64> {
+    let coordinates = [
+        "0.3 0.3 0.3 0.3 0.3 0.3 0.3 0.3",
+        "0 0 0.5 0.5 1 1 2 2",
+        "0 0 1e-30 0 1e-30 1e-30 0 1e-30",
+        "1 0 0 0 0 1 1 1",
+        "0 0 1e30 0 1e30 1e30 0 1e30",
+        "0 0 1 0 1 0 0 0",
+    ];
+    let camera = "LookAt 0 0 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 40";
+    let mut worst: f64 = 0.0;
+    for uv in coordinates {
+        for map in [[0.5, 0.5, 1.0], [0.8, 0.4, 0.9], [1.0, 0.5, 0.5]] {
+            let world = format!(
+                "{WHITE}Material \"conductor\" \"rgb reflectance\" [1 1 1] \"float uroughness\" 0.05 \"float vroughness\" 0.6 Shape \"trianglemesh\" \"point3 P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"point2 uv\" [{uv}] \"integer indices\" [0 2 1 0 3 2]"
+            );
+            let mut description = described(camera, &world)?;
+            description.textures.push(Texture::Constant(map.into()));
+            let map = Some(TextureId(description.textures.len() as u32 - 1));
+            description.materials.iter_mut().for_each(|m| m.normal_map = map);
+            let settings = RenderSettings { max_depth: 16, ..RenderSettings::default() };
+            worst = worst.max(picture(description, effort.of(64, 1024), settings, true)?.excess());
         }
     }
     Ok(worst)

@@ -54,6 +54,15 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         area: AREA,
+        name: "merge-trees",
+        does: "Sums of ranges of samples, 1e-30 to 1e30 or even, merged in trees of any shape: mean and variance against sums that keep \
+               every bit.",
+        unit: "relative error over n 2^-53 (variance: over 4 n 2^-53)",
+        bound: 1.0,
+        measure: |e| Ok(trees(e)),
+    },
+    Case {
+        area: AREA,
         name: "variance-not-negative",
         does: "Random offsets, spreads and counts: variances below 0.",
         unit: "cases",
@@ -141,6 +150,42 @@ fn mixed(effort: Effort) -> f64 {
         samples.iter().for_each(|s| p.add(Vec3::splat(*s)));
         let truth = exact(samples.iter().map(|s| f64::from(*s)));
         worst = worst.max((p.sum().x / truth - 1.0).abs());
+    }
+    worst
+}
+
+/// Samples `from..to`, summed in a tree of random shape.
+fn tree(samples: &[f32], from: usize, to: usize, random: &mut Random) -> Pixel {
+    if to - from < 2 || random.uniform() < 0.2 {
+        let mut p = Pixel::starting_at(from as u32);
+        samples[from..to].iter().for_each(|s| p.add(Vec3::splat(*s)));
+        return p;
+    }
+    let middle = from + 1 + (random.uniform() * (to - from - 1) as f64) as usize;
+    let mut whole = tree(samples, from, middle, random);
+    whole.append(&tree(samples, middle, to, random));
+    whole
+}
+
+fn trees(effort: Effort) -> f64 {
+    let mut random = Random::new(4);
+    let mut worst: f64 = 0.0;
+    for k in 0..effort.of(50, 2000) {
+        let reach = [30.0, 3.0, 0.1][k % 3];
+        let n = 2 + (random.uniform() * 4094.0) as usize;
+        let samples: Vec<f32> = (0..n).map(|_| 10_f64.powf(random.between(-reach, reach)) as f32).collect();
+        let p = tree(&samples, 0, n, &mut random);
+        let values = || samples.iter().map(|s| f64::from(*s));
+        let (count, sum) = (n as f64, exact(values()));
+        // The square of an f32 is exact in f64.
+        let mean = sum / count;
+        let variance = (exact(values().map(|v| v * v)) / count - mean * mean) / (count - 1.0);
+        let unit = count * 0.5 * f64::EPSILON;
+        // What cancels is relative to the squares, not to the variance.
+        let condition = 1.0 + mean * mean / (variance * (count - 1.0));
+        worst = worst.max((p.mean().x / mean - 1.0).abs() / unit);
+        worst = worst.max((p.variance_of_mean().x / variance - 1.0).abs() / (4.0 * unit * condition));
+        worst = worst.max(f64::from(u32::from(p.count() as usize != n)) * 9.0);
     }
     worst
 }

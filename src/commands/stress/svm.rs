@@ -4,7 +4,8 @@ use super::case::{Case, Effort, Random};
 use crate::commands::machine::shipped;
 use anyhow::Context;
 use sparing_adaptive::features::FeatureMatrix;
-use sparing_svm::evaluator::Evaluator;
+use sparing_svm::evaluator::{Evaluator, ExpMethod, InstructionSet, Options};
+use sparing_svm::prune::certified::{CascadeOptions, CertifiedCascade};
 use sparing_svm::{Kernel, Model, SvmType};
 
 const AREA: &str = "Support vector machines";
@@ -27,6 +28,24 @@ pub(super) const CASES: &[Case] = &[
         unit: "signs",
         bound: 0.0,
         measure: signs,
+    },
+    Case {
+        area: AREA,
+        name: "exponentials",
+        does: "A machine of one vector by every way to compute exponentials, with every instruction set of the machine, from 0 to where \
+               they are denormal and 0: error over the bound that comes with the value.",
+        unit: "times the bound",
+        bound: 1.0,
+        measure: exponentials,
+    },
+    Case {
+        area: AREA,
+        name: "certified-pruning",
+        does: "Cascades of reduced machines with certified bounds, gamma 1e-3 to 10: random queries, and those that bisection put where a \
+               reduced machine's value is its bound or 0: signs that differ from the f64 model's.",
+        unit: "signs",
+        bound: 0.0,
+        measure: certified,
     },
     Case {
         area: AREA,
@@ -127,6 +146,72 @@ fn signs(effort: Effort) -> anyhow::Result<f64> {
         }
         let mut decisions = vec![0.0; queries.len() / FEATURES];
         evaluator.decide(&queries, &mut decisions);
+        for (query, found) in queries.chunks(FEATURES).zip(decisions) {
+            wrong += u32::from((found > 0.0) != (value(&model, query) > 0.0));
+        }
+    }
+    Ok(f64::from(wrong))
+}
+
+fn exponentials(effort: Effort) -> anyhow::Result<f64> {
+    let mut random = Random::new(14);
+    let base = model(&mut random, 1.0, 0)?;
+    let one = Model {
+        class_counts: vec![1, 1],
+        rho: vec![0.0],
+        features: 1,
+        // The second vector is so far away that it is 0 for all queries.
+        support_vectors: vec![0.0, 1e4],
+        coefficients: vec![vec![1.0, -1.0]],
+        ..base
+    };
+    let n = effort.of(2_000, 200_000);
+    // exp(-800) is 0 in f64.
+    let queries: Vec<f64> = (0..n).map(|k| (800.0 * f64::from(k) / f64::from(n)).sqrt()).collect();
+    let mut worst: f64 = 0.0;
+    for exp in ExpMethod::ALL {
+        for set in InstructionSet::ALL.into_iter().filter(|s| s.is_available()) {
+            let evaluator = Evaluator::compile(&one, &Options { exp, instruction_set: Some(set) })?;
+            let (mut values, mut limits) = (vec![0.0; queries.len()], vec![0.0; queries.len()]);
+            evaluator.decision_values_with_bounds(&queries, &mut values, &mut limits);
+            for ((query, found), limit) in queries.iter().zip(values).zip(limits) {
+                let error = (found - (-query * query).exp()).abs();
+                // Definition and library may differ by an ulp.
+                let error = (error - f64::EPSILON * (-query * query).exp()).max(0.0);
+                worst = worst.max(if error == 0.0 { 0.0 } else { error / limit });
+            }
+        }
+    }
+    Ok(worst)
+}
+
+fn certified(effort: Effort) -> anyhow::Result<f64> {
+    let mut random = Random::new(15);
+    let mut wrong = 0;
+    for exponent in [-3, -2, -1, 0, 1] {
+        let model = model(&mut random, 10_f64.powi(exponent), 0)?;
+        let options = CascadeOptions { sizes: Some(vec![16, 64, 128]), ..CascadeOptions::default() };
+        let cascade = CertifiedCascade::new(&model, &options)?;
+        let mut queries = Vec::new();
+        for (level, info) in cascade.levels().iter().enumerate() {
+            let reduced = cascade.level_model(level).context("a level's machine")?;
+            let edges = [0.0, info.bound.anywhere(), -info.bound.anywhere()];
+            for k in 0..effort.of(60, 3_000) {
+                let edge = edges[k % edges.len()];
+                let above = |q: &[f64]| value(reduced, q) > edge;
+                let point =
+                    |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
+                let (mut a, mut b) = (point(&mut random), point(&mut random));
+                for _ in 0..60 * u32::from(above(&a) != above(&b)) {
+                    let middle: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+                    let same = above(&middle) == above(&a);
+                    *(if same { &mut a } else { &mut b }) = middle;
+                }
+                queries.extend(a.into_iter().chain(b));
+            }
+        }
+        let mut decisions = vec![0.0; queries.len() / FEATURES];
+        cascade.decide(&queries, &mut decisions);
         for (query, found) in queries.chunks(FEATURES).zip(decisions) {
             wrong += u32::from((found > 0.0) != (value(&model, query) > 0.0));
         }

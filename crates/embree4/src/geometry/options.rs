@@ -31,6 +31,10 @@ impl Options {
             Some((a, b)) if !(a.is_finite() && b.is_finite() && a < b && (b - a).is_finite()) => {
                 Err(Error::InvalidOption { what: "time range", reason: "not finite, or end not after start" })
             }
+            // Embree looks for the first step after the scene's time 0, also past the last one.
+            Some((a, b)) if b.min(1.0 - a) <= (b - a) * 1e-5 => {
+                Err(Error::InvalidOption { what: "time range", reason: "not within the scene's, 0 to 1" })
+            }
             _ => Ok(()),
         }
     }
@@ -150,7 +154,7 @@ macro_rules! geometry_options {
                 self
             }
 
-            /// The times of the first and last time step, instead of 0 and 1.
+            /// The times of the first and last time step, instead of 0 and 1. A part of them must be within 0 to 1.
             pub fn time_range(mut self, start: f32, end: f32) -> Self {
                 self.options.time_range = Some((start, end));
                 self

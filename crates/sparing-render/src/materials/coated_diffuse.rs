@@ -13,7 +13,7 @@ use crate::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
-/// Nodes of the table along the cosine, at squares of even steps.
+/// Nodes of the table along the cosine, at even steps of [`stretch`].
 const COSINES: usize = 16;
 /// Nodes along alpha, at squares of even steps, too: narrow lobes change fast near grazing angles.
 const ALPHAS: usize = 17;
@@ -28,7 +28,9 @@ pub struct CoatTable {
 /// The table at one roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatRow {
-    /// E(cos) - F(cos) at cos = (i / (COSINES - 1))².
+    /// Of the coat: how near to grazing angles it differs from a smooth one.
+    alpha: f32,
+    /// E(cos) - F(cos) at nodes.
     correction: [f32; COSINES],
     /// 1 / T', over pi.
     inv_mean: f32,
@@ -54,6 +56,13 @@ fn square(i: usize, n: usize) -> f32 {
     (i as f32 / (n - 1) as f32).powi(2)
 }
 
+/// Where a cosine is among the nodes, in 0..1. How much of a lobe is below the horizon or masked depends on the cosine over
+/// alpha, however small both are.
+#[inline]
+fn stretch(cos: f32, alpha: f32) -> f32 {
+    (cos * (1.0 + alpha) / (cos + alpha).max(f32::MIN_POSITIVE)).sqrt()
+}
+
 impl CoatTable {
     /// Integrates the coat of index `eta`; some milliseconds.
     #[must_use]
@@ -70,6 +79,7 @@ impl CoatTable {
         let (a, b) = (&self.rows[i], &self.rows[i + 1]);
         let mix = |a: f32, b: f32| a + (b - a) * t;
         CoatRow {
+            alpha: ggx.mean_alpha(),
             correction: std::array::from_fn(|k| mix(a.correction[k], b.correction[k])),
             inv_mean: mix(a.inv_mean, b.inv_mean),
             internal: mix(a.internal, b.internal),
@@ -86,15 +96,19 @@ impl CoatTable {
 impl CoatRow {
     fn new(eta: f32, alpha: f32) -> Self {
         let ggx = Ggx::new(alpha, alpha);
-        let cos = |i: usize| square(i, COSINES);
+        // The inverse of `stretch`.
+        let cos = |i: usize| {
+            let square = square(i, COSINES);
+            if i + 1 == COSINES { 1.0 } else { square * alpha / (1.0 + alpha - square) }
+        };
         let correction = std::array::from_fn(|i| {
             if ggx.is_smooth() {
                 0.0
             } else {
-                coat_albedo(eta, &ggx, cos(i).max(1e-4)) - fresnel::dielectric(cos(i), eta).0
+                coat_albedo(eta, &ggx, cos(i).max(1e-6)) - fresnel::dielectric(cos(i), eta).0
             }
         });
-        let mut row = Self { correction, inv_mean: 0.0, internal: 0.0 };
+        let mut row = Self { alpha, correction, inv_mean: 0.0, internal: 0.0 };
         // T' = 2 * the integral of T(c) c dc, with c = s².
         let n = 256;
         let sum: f64 = (0..n)
@@ -113,7 +127,7 @@ impl CoatRow {
     /// Share of light at this angle that enters the coat.
     #[inline]
     fn transmittance(&self, cos: f32, eta: f32) -> f32 {
-        let x = cos.clamp(0.0, 1.0).sqrt() * (COSINES - 1) as f32;
+        let x = stretch(cos.clamp(0.0, 1.0), self.alpha) * (COSINES - 1) as f32;
         let i = (x as usize).min(COSINES - 2);
         let t = x - i as f32;
         let correction = self.correction[i] + (self.correction[i + 1] - self.correction[i]) * t;

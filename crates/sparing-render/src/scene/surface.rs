@@ -6,12 +6,16 @@
 //! offsets scale with the scene (compare "Physically Based Rendering", 4th ed., section 6.8).
 //!
 //! That keeps them off the triangle that was hit, but not off its neighbours, which would let light into closed
-//! meshes: so points of meshes are kept [`EDGE_OFFSETS`] offsets off the edges too. A point x off an edge and h
-//! along the normal is x sin a - h cos a inside of a neighbour at an angle of a: with x = 4 h, at least h from 30
-//! degrees on, and not outside from 15 degrees on. The point's own rounding is below 6 units of 2^-24 of the largest
-//! coordinate, that of Embree's distances below 6 of the neighbour's, and h is 32. So rays from within a closed mesh
-//! stay there if neighbours are at most four times as far from the world's origin, meet at 30 degrees or more, and
-//! have heights of 16 h (3e-5 of the largest coordinate) or more.
+//! meshes: so points of meshes are kept off the edges too, by [`EDGE_OFFSETS`] offsets, and by more where the ray came at
+//! a small angle. A point x off an edge and h along the normal is x sin a - h cos a inside of a neighbour at an angle of
+//! a: at least h for x = h cot(a / 2), which is 4 h at 28 degrees. Sharper wedges need more, about 2 h / a. What comes
+//! from within them, from far off the edge, comes at an angle of a at most, so its cosine, the sine of that angle, says
+//! how sharp the wedge may be; from as near as 2 h / a it comes at twice that or more, but then meets the wedge half as
+//! far off the edge, too. 4 h / 1.5 over the cosine leaves h / 3 in the worst case, and rounding takes less: the point's
+//! own is below 6 units of 2^-24 of the largest coordinate, that of Embree's distances below 6 of the neighbour's, and h
+//! is 32. [`LEAST_COS`] bounds how far points are moved, which still closes wedges of a degree. So rays from within a
+//! closed mesh stay there if neighbours are at most four times as far from the world's origin, meet at a degree or more,
+//! and have heights of 16 of those distances from the edges.
 
 use super::{Placement, Scene};
 use crate::counters::{Counter, count};
@@ -26,8 +30,13 @@ use std::sync::Arc;
 pub const OFFSET_ULPS: f32 = 32.0;
 const OFFSET_SCALE: f32 = OFFSET_ULPS / 16_777_216.0;
 
-/// Distance of points from the edges of their triangle, in units of their distance from the surface.
+/// Least distance of points from the edges of their triangle, in units of their distance from the surface.
 pub const EDGE_OFFSETS: f32 = 4.0;
+
+/// Times the cosine of the ray: the least distance over this, if it is below 1.
+const COS_SCALE: f32 = 1.5;
+/// Least value of that.
+const LEAST_COS: f32 = 1.0 / 32.0;
 
 /// The numbers of a shape that hits need.
 #[derive(Clone, Debug)]
@@ -240,7 +249,7 @@ impl Scene {
         let mut s = match &shape.geometry {
             ShapeGeometry::Triangles(mesh) => {
                 let [a, b, c] = mesh.indices[hit.face as usize];
-                mesh.triangle::<NEEDS>([a, b, c], TRIANGLE_UVS, hit.u, hit.v, instance)
+                mesh.triangle::<NEEDS>([a, b, c], TRIANGLE_UVS, hit.u, hit.v, direction, instance)
             }
             ShapeGeometry::Quads(mesh) => {
                 let [a, b, c, d] = mesh.indices[hit.face as usize];
@@ -250,11 +259,12 @@ impl Scene {
                         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
                         hit.u,
                         hit.v,
+                        direction,
                         instance,
                     )
                 } else {
                     let uvs = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
-                    mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, instance)
+                    mesh.triangle::<NEEDS>([c, d, b], uvs, 1.0 - hit.u, 1.0 - hit.v, direction, instance)
                 }
             }
             ShapeGeometry::Sphere { center, radius, axes } => {
@@ -287,6 +297,7 @@ where
         default_uvs: [[f32; 2]; 3],
         u: f32,
         v: f32,
+        direction: Vec3,
         instance: Option<&Placement>,
     ) -> SurfacePoint {
         let needs = Needs::from_bits_retain(NEEDS);
@@ -307,11 +318,14 @@ where
         }
         let mut weights = [w, u, v];
         // No edge is longer than the root of twice the sum: a point that passes is far from all of them.
-        let (nearest, margin) = (w.min(u).min(v).max(0.0), EDGE_OFFSETS * offset);
-        if nearest * nearest * cross.length_squared()
-            < margin * margin * 2.0 * (e1.length_squared() + e2.length_squared())
-        {
-            weights = off_edges(weights, cross.length(), [e2 - e1, e2, e1], margin);
+        let nearest = w.min(u).min(v).max(0.0);
+        // The scaled cosine times the length of `cross`, squared: nothing here waits for the normal.
+        let (square, along) = (cross.length_squared(), COS_SCALE * cross.dot(direction));
+        let scaled = (along * along).max(LEAST_COS * LEAST_COS * square).min(square);
+        let least = EDGE_OFFSETS * offset;
+        if nearest * nearest * scaled < least * least * 2.0 * (e1.length_squared() + e2.length_squared()) {
+            let margin = least * (square / scaled).sqrt();
+            weights = off_edges(weights, cross.length(), [e2 - e1, e2, e1], least, margin);
         }
         let position = p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2];
         let mut ns = ng;
@@ -368,12 +382,16 @@ where
     }
 }
 
-/// Barycentric coordinates in the same triangle with its sides moved inwards by `margin`, but by a quarter of its
-/// height at most. `sides` are opposite to the corners, `area` is twice the triangle's.
+/// Barycentric coordinates in the same triangle with its sides moved inwards by `least`, but by a quarter of its height
+/// at most, and by `margin` as far as that is a sixteenth. `sides` are opposite to the corners, `area` is twice the
+/// triangle's.
 #[cold]
 #[inline(never)]
-fn off_edges(weights: [f32; 3], area: f32, sides: [Vec3; 3], margin: f32) -> [f32; 3] {
-    let least = sides.map(|side| (margin * side.length() / area).min(0.25));
+fn off_edges(weights: [f32; 3], area: f32, sides: [Vec3; 3], least: f32, margin: f32) -> [f32; 3] {
+    let least = sides.map(|side| {
+        let of_height = side.length() / area;
+        (least * of_height).min(0.25).max((margin * of_height).min(1.0 / 16.0))
+    });
     let weights = weights.map(|w| w.max(0.0));
     let rest = (1.0 - least[0] - least[1] - least[2]) / (weights[0] + weights[1] + weights[2]);
     [0, 1, 2].map(|k| least[k] + weights[k] * rest)

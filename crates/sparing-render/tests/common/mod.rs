@@ -76,6 +76,15 @@ pub fn quad_box(h: f32) -> Geometry {
     Geometry::Quads(QuadMesh { positions: corners(h), indices, normals: None, uvs: None })
 }
 
+/// A prism whose sides meet at `degrees` in an edge along y.
+pub fn wedge(degrees: f32) -> Geometry {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let ends = [-1.0, 1.0].map(|y| [[0.0, y, 0.0], [1.0, y, 0.0], [cos, y, sin]]);
+    let indices =
+        vec![[0, 1, 2], [3, 5, 4], [0, 4, 1], [0, 3, 4], [1, 5, 2], [1, 4, 5], [2, 3, 0], [2, 5, 3]];
+    Geometry::Triangles(TriangleMesh { positions: ends.concat(), indices, ..TriangleMesh::default() })
+}
+
 /// Builds and renders with `spp` samples.
 pub fn render(description: SceneDescription, settings: RenderSettings, spp: u32) -> Film {
     render_with(description, settings, spp, FilmOptions::default())
