@@ -13,7 +13,7 @@
 //! how sharp the wedge may be; from as near as 2 h / a it comes at twice that or more, but then meets the wedge half as
 //! far off the edge, too. 4 h / 1.5 over the cosine leaves h / 3 in the worst case, and rounding takes less: the point's
 //! own is below 6 units of 2^-24 of the largest coordinate, that of Embree's distances below 6 of the neighbour's, and h
-//! is 32. [`LEAST_COS`] bounds how far points are moved, which still closes wedges of a degree. So rays from within a
+//! is 32. `LEAST_COS` bounds how far points are moved, which still closes wedges of a degree. So rays from within a
 //! closed mesh stay there if neighbours are at most four times as far from the world's origin, meet at a degree or more,
 //! and have heights of 16 of those distances from the edges.
 
