@@ -35,7 +35,8 @@ impl Band {
     }
 }
 
-/// The pooled rule of [`Threshold`], and within a band around its threshold a machine.
+/// The pooled rule of [`Threshold`], and within a band around its threshold a machine. One a render: it remembers what the machine said
+/// of pixels, by their samples.
 #[derive(Clone, Debug)]
 pub struct Svm {
     /// The rule and its goal.
