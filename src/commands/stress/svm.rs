@@ -98,6 +98,38 @@ fn value(model: &Model, query: &[f64]) -> f64 {
     out[0]
 }
 
+/// The largest error of values over the bound that comes with each.
+fn over_bounds(evaluator: &Evaluator, queries: &[f64], error: impl Fn(&[f64], f64) -> f64) -> f64 {
+    let features = evaluator.features();
+    let n = queries.len() / features;
+    let (mut values, mut limits) = (vec![0.0; n], vec![0.0; n]);
+    evaluator.decision_values_with_bounds(queries, &mut values, &mut limits);
+    let found = queries.chunks(features).zip(values).zip(limits);
+    found.fold(0.0, |worst, ((query, found), limit)| {
+        let error = error(query, found);
+        worst.max(if error == 0.0 { 0.0 } else { error / limit })
+    })
+}
+
+/// Two random points, brought together by bisection if they are on different sides; whether they were.
+fn boundary(random: &mut Random, above: impl Fn(&[f64]) -> bool) -> (bool, Vec<f64>) {
+    let mut point = || -> Vec<f64> { (0..FEATURES).map(|_| random.between(-4.0, 4.0)).collect() };
+    let (mut a, mut b) = (point(), point());
+    let between = above(&a) != above(&b);
+    for _ in 0..60 * u32::from(between) {
+        let middle: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+        let same = above(&middle) == above(&a);
+        *(if same { &mut a } else { &mut b }) = middle;
+    }
+    (between, [a, b].concat())
+}
+
+/// Decisions whose sign is not that of the model.
+fn wrong_signs(model: &Model, queries: &[f64], decisions: &[f64]) -> u32 {
+    let wrong = |(query, found): &(&[f64], &f64)| (**found > 0.0) != (value(model, query) > 0.0);
+    queries.chunks(FEATURES).zip(decisions).filter(wrong).count() as u32
+}
+
 fn bounds(effort: Effort) -> anyhow::Result<f64> {
     let mut random = Random::new(11);
     let mut worst: f64 = 0.0;
@@ -112,12 +144,8 @@ fn bounds(effort: Effort) -> anyhow::Result<f64> {
                 let near = model.support_vector(k as usize % model.len());
                 queries.extend(near.iter().map(|v| v + reach * random.between(-1.0, 1.0)));
             }
-            let (mut values, mut limits) = (vec![0.0; n as usize], vec![0.0; n as usize]);
-            evaluator.decision_values_with_bounds(&queries, &mut values, &mut limits);
-            for ((query, found), limit) in queries.chunks(FEATURES).zip(values).zip(limits) {
-                let error = (found - value(&model, query)).abs();
-                worst = worst.max(if error == 0.0 { 0.0 } else { error / limit });
-            }
+            worst = worst
+                .max(over_bounds(&evaluator, &queries, |query, found| (found - value(&model, query)).abs()));
         }
     }
     Ok(worst)
@@ -131,24 +159,14 @@ fn signs(effort: Effort) -> anyhow::Result<f64> {
         let evaluator = Evaluator::new(&model)?;
         let mut queries = Vec::new();
         for _ in 0..effort.of(200, 20_000) {
-            let point =
-                |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
-            let (mut a, mut b) = (point(&mut random), point(&mut random));
-            if (value(&model, &a) > 0.0) == (value(&model, &b) > 0.0) {
-                continue;
+            let (between, points) = boundary(&mut random, |q| value(&model, q) > 0.0);
+            if between {
+                queries.extend(points);
             }
-            for _ in 0..60 {
-                let middle: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-                let same = (value(&model, &middle) > 0.0) == (value(&model, &a) > 0.0);
-                *(if same { &mut a } else { &mut b }) = middle;
-            }
-            queries.extend(a.into_iter().chain(b));
         }
         let mut decisions = vec![0.0; queries.len() / FEATURES];
         evaluator.decide(&queries, &mut decisions);
-        for (query, found) in queries.chunks(FEATURES).zip(decisions) {
-            wrong += u32::from((found > 0.0) != (value(&model, query) > 0.0));
-        }
+        wrong += wrong_signs(&model, &queries, &decisions);
     }
     Ok(f64::from(wrong))
 }
@@ -172,14 +190,11 @@ fn exponentials(effort: Effort) -> anyhow::Result<f64> {
     for exp in ExpMethod::ALL {
         for set in InstructionSet::ALL.into_iter().filter(|s| s.is_available()) {
             let evaluator = Evaluator::compile(&one, &Options { exp, instruction_set: Some(set) })?;
-            let (mut values, mut limits) = (vec![0.0; queries.len()], vec![0.0; queries.len()]);
-            evaluator.decision_values_with_bounds(&queries, &mut values, &mut limits);
-            for ((query, found), limit) in queries.iter().zip(values).zip(limits) {
-                let error = (found - (-query * query).exp()).abs();
+            worst = worst.max(over_bounds(&evaluator, &queries, |query, found| {
+                let exact = (-query[0] * query[0]).exp();
                 // Definition and library may differ by an ulp.
-                let error = (error - f64::EPSILON * (-query * query).exp()).max(0.0);
-                worst = worst.max(if error == 0.0 { 0.0 } else { error / limit });
-            }
+                ((found - exact).abs() - f64::EPSILON * exact).max(0.0)
+            }));
         }
     }
     Ok(worst)
@@ -198,23 +213,12 @@ fn certified(effort: Effort) -> anyhow::Result<f64> {
             let edges = [0.0, info.bound.anywhere(), -info.bound.anywhere()];
             for k in 0..effort.of(60, 3_000) {
                 let edge = edges[k % edges.len()];
-                let above = |q: &[f64]| value(reduced, q) > edge;
-                let point =
-                    |r: &mut Random| -> Vec<f64> { (0..FEATURES).map(|_| r.between(-4.0, 4.0)).collect() };
-                let (mut a, mut b) = (point(&mut random), point(&mut random));
-                for _ in 0..60 * u32::from(above(&a) != above(&b)) {
-                    let middle: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-                    let same = above(&middle) == above(&a);
-                    *(if same { &mut a } else { &mut b }) = middle;
-                }
-                queries.extend(a.into_iter().chain(b));
+                queries.extend(boundary(&mut random, |q| value(reduced, q) > edge).1);
             }
         }
         let mut decisions = vec![0.0; queries.len() / FEATURES];
         cascade.decide(&queries, &mut decisions);
-        for (query, found) in queries.chunks(FEATURES).zip(decisions) {
-            wrong += u32::from((found > 0.0) != (value(&model, query) > 0.0));
-        }
+        wrong += wrong_signs(&model, &queries, &decisions);
     }
     Ok(f64::from(wrong))
 }

@@ -92,8 +92,14 @@ fn hash_shape(hasher: &mut Hasher, shape: &Shape) {
             optional(hasher, uvs.as_deref());
             optional(hasher, colors.as_deref());
             // Rare ones leave no trace where they are not.
-            second_uvs.iter().for_each(|uvs| numbers(hasher, uvs));
-            tangents.iter().for_each(|tangents| numbers(hasher, tangents));
+            if let Some(uvs) = second_uvs {
+                let _ = write!(hasher, "second");
+                numbers(hasher, uvs);
+            }
+            if let Some(tangents) = tangents {
+                let _ = write!(hasher, "tangents");
+                numbers(hasher, tangents);
+            }
         }
         Geometry::Quads(QuadMesh { positions, indices, normals, uvs }) => {
             let _ = write!(hasher, "quads");
