@@ -45,13 +45,17 @@ const MOST_PLANNED: u32 = 64;
 /// 64 times the minimum.
 #[must_use]
 pub fn planned(spread: f32, lambda: f64, bounds: Bounds) -> u32 {
-    let first = bounds.min_spp.max(1).min(bounds.max_spp);
-    let most = first.saturating_mul(MOST_PLANNED).min(bounds.max_spp);
-    let mut n = first;
+    let most = most_planned(bounds);
+    let mut n = bounds.min_spp.max(1).min(bounds.max_spp);
     while n < most && f64::from(spread) > lambda * f64::from(n) {
         n = n.saturating_mul(2).min(most);
     }
     n
+}
+
+/// Most samples of any plan.
+pub(crate) fn most_planned(bounds: Bounds) -> u32 {
+    bounds.min_spp.max(1).saturating_mul(MOST_PLANNED).min(bounds.max_spp)
 }
 
 /// The predicted mean CIEDE2000 error of the pixels as they are.

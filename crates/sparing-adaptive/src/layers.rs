@@ -4,7 +4,7 @@ use crate::audit::Audit;
 use crate::budget::afford;
 use crate::goal::{Bounds, predicted_error};
 use crate::ledger::Ledger;
-use crate::policy::{Barrier, Decisions, Policy};
+use crate::policy::{Barrier, Decisions, Policy, plan_bounds};
 use crate::state::State;
 use crate::view::View;
 use serde::{Deserialize, Serialize};
@@ -147,13 +147,11 @@ pub fn render(
         targets if targets.len() == counts.len() => targets,
         _ => vec![policy.first_target(bounds); counts.len()],
     };
-    let mut decisions = Decisions { targets, lambda: state.lambda, ..Decisions::default() };
+    let mut decisions = Decisions { targets, ..Decisions::default() };
     if counts.iter().any(|n| *n > 0) && pending(&counts, &decisions.targets).is_none() {
         // The film comes from an earlier render: it stands at a barrier.
         look.follow(&state.film, &mut outcome);
-        let lambda = decisions.lambda;
-        decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
-        decisions.keep_lambda(lambda);
+        decisions = decide(policy, state, bounds, &mut look, &mut outcome, |_| false);
     }
     loop {
         let Some((spp, active_pixels)) = pending(&counts, &decisions.targets) else {
@@ -205,13 +203,13 @@ pub fn render(
         let decide_start = Instant::now();
         if stopped.is_none() {
             counts.iter_mut().zip(&decisions.targets).for_each(|(n, target)| *n = (*n).max(*target));
-            let lambda = decisions.lambda;
-            decisions = decide(policy, &state.film, &mut state.ledger, bounds, &mut look, &mut outcome);
-            decisions.keep_lambda(lambda);
-            held_back = deadline.is_some_and(|d| {
-                // As many as the layer just rendered would be in the time that is left.
-                let left = d.saturating_duration_since(Instant::now()).as_secs_f64();
-                afford(&mut decisions, &counts, (taken as f64 / sample_seconds * left) as u64)
+            decisions = decide(policy, state, bounds, &mut look, &mut outcome, |decisions| {
+                held_back = deadline.is_some_and(|d| {
+                    // As many as the layer just rendered would be in the time that is left.
+                    let left = d.saturating_duration_since(Instant::now()).as_secs_f64();
+                    afford(decisions, &counts, (taken as f64 / sample_seconds * left) as u64)
+                });
+                held_back
             });
         }
         let decide_seconds = decide_start.elapsed().as_secs_f64();
@@ -227,7 +225,10 @@ pub fn render(
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
         let barrier = look.barrier(&state.film, &state.ledger, bounds, exposure);
         outcome.predicted_error = Some(predicted_error(barrier.view()));
-        let correction = state.ledger.correction(&state.film, barrier.view(), &decisions, bounds);
+        let counts = state.film.map(|t, i| t.pixels[i].count());
+        let stopped_short = pending(&counts, &decisions.targets).is_some();
+        let plans = plan_bounds(policy, bounds);
+        let correction = state.ledger.correction(&state.film, barrier.view(), plans, stopped_short);
         state.film.correction = correction;
     }
     outcome.decisions = decisions.values;
@@ -266,24 +267,28 @@ impl Look<'_> {
     }
 }
 
-/// Asks the policy; notes the exposure and who goes on beyond the plan, and keeps the view.
+/// Asks the policy; notes the exposure, the threshold and who goes on beyond the plan, and keeps the view. `hold_back` may take pixels
+/// out, and says whether it did.
 fn decide(
     policy: &mut dyn Policy,
-    film: &Film,
-    ledger: &mut Ledger,
+    state: &mut State,
     bounds: Bounds,
     look: &mut Look<'_>,
     outcome: &mut Outcome,
+    hold_back: impl FnOnce(&mut Decisions) -> bool,
 ) -> Decisions {
     if policy.uses_exposure() && outcome.exposure.is_none() {
-        outcome.exposure = Some(View::auto_exposure(film));
+        outcome.exposure = Some(View::auto_exposure(&state.film));
     }
     let exposure = outcome.exposure.unwrap_or(1.0);
-    let barrier = look.barrier(film, ledger, bounds, exposure);
-    let decisions = policy.decide(&barrier);
-    let passed = barrier.passed(&decisions);
+    let barrier = look.barrier(&state.film, &state.ledger, bounds, exposure);
+    let mut decisions = policy.decide(&barrier);
+    if hold_back(&mut decisions) {
+        decisions.lambda = decisions.lambda.map(|_| f64::INFINITY);
+    }
+    let passed = barrier.passed(&decisions, plan_bounds(policy, bounds));
     look.view = barrier.into_view();
-    ledger.note(passed);
+    state.ledger.note(passed, &decisions);
     decisions
 }
 

@@ -9,12 +9,21 @@ const RADIUS: usize = 4;
 /// Error of pixels that show none, in exposed units, so that shares are defined.
 const LEAST_ERROR: f64 = 1e-6;
 
+/// Light goes to pixels of about the same brightness: within bands this many octaves of luminance apart, which fade into each other.
+/// Errors are larger where it is bright, so that one band would draw light out of the shadows.
+const BAND: f64 = 2.0;
+/// Luminance that is added first: what is darker is alike.
+const BAND_FLOOR: f64 = 0.01;
+/// What is brighter than this is alike, in bands above the floor.
+const MOST_BANDS: f64 = 20.0;
+
 /// No pixel changes by more than this share of its luminance plus [`DARK`]. Noise of single pixels, such as the outline of a lamp, is
 /// no light that the neighbourhood lacks, and can be far brighter than it.
 const MOST: f64 = 0.3;
 
 /// Spreads `taken` (one colour a pixel, in rows) over squares of neighbours, in proportion to the root mean square error of 3 by
-/// 3, and no pixel by more than 0.3 of its luminance plus [`DARK`]. But for that, the sum over the picture is kept, to f32 rounding.
+/// 3, among pixels of about the same brightness, and no pixel by more than 0.3 of its luminance plus [`DARK`]. But for that, the
+/// sum over the picture is kept, to f32 rounding.
 #[must_use]
 pub fn spread_out(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let mut out = shares(view, taken);
@@ -33,17 +42,46 @@ fn shares(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
         (squares / 3.0).sqrt().min(1e18) as f32
     });
-    let size = [view.width, view.height];
     let share: Vec<f64> = error.pooled(0.0).values.iter().map(|e| f64::from(*e) + LEAST_ERROR).collect();
-    let whole = box_sums(size, &share);
+    let level = levels(view);
+    let top = level.iter().copied().fold(0.0, f64::max).ceil() as usize;
     let mut out = vec![[0.0; 3]; taken.len()];
-    for c in 0..3 {
-        let parts: Vec<f64> = taken.iter().zip(&whole).map(|(t, whole)| f64::from(t[c]) / whole).collect();
-        for ((out, part), share) in out.iter_mut().zip(box_sums(size, &parts)).zip(&share) {
-            out[c] = (part * share).clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32;
+    for band in 0..=top {
+        let of_band = |level: &f64| (1.0 - (level - band as f64).abs()).max(0.0);
+        let membership: Vec<f64> = level.iter().map(of_band).collect();
+        if membership.iter().zip(taken).any(|(m, t)| *m > 0.0 && *t != [0.0; 3]) {
+            spread_band([view.width, view.height], &membership, &share, taken, &mut out);
         }
     }
-    out
+    out.iter().map(|c| c.map(|c| c.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32)).collect()
+}
+
+/// The brightness of each pixel's 3 by 3, in bands above the floor.
+fn levels(view: &View) -> Vec<f64> {
+    let light = view.plane(|p| luminance(p.mean) as f32).pooled(0.0);
+    let bands = |y: &f32| (f64::from(*y) / BAND_FLOOR).ln_1p() / (BAND * std::f64::consts::LN_2);
+    light.values.iter().map(|y| bands(y).min(MOST_BANDS)).collect()
+}
+
+/// Spreads what a band's pixels lost, by their membership, over the band.
+fn spread_band(
+    size: [usize; 2],
+    membership: &[f64],
+    share: &[f64],
+    taken: &[[f32; 3]],
+    out: &mut [[f64; 3]],
+) {
+    let share: Vec<f64> = share.iter().zip(membership).map(|(s, m)| s * m).collect();
+    let whole = box_sums(size, &share);
+    for c in 0..3 {
+        let part = |((t, whole), m): ((&[f32; 3], &f64), &f64)| {
+            if *m > 0.0 { m * f64::from(t[c]) / whole } else { 0.0 }
+        };
+        let parts: Vec<f64> = taken.iter().zip(&whole).zip(membership).map(part).collect();
+        for ((out, part), share) in out.iter_mut().zip(box_sums(size, &parts)).zip(&share) {
+            out[c] += part * share;
+        }
+    }
 }
 
 /// Sums over squares of side `2 RADIUS + 1`, cut at the border. Added in an order that depends on the square only.
@@ -98,6 +136,24 @@ mod tests {
         let out = shares(&view, &taken);
         assert!((out[10 * 21 + 10][0] - 54.0 / 63.0).abs() < 0.1, "{}", out[10 * 21 + 10][0]);
         assert!(out[10 * 21 + 14][0] < 1e-3 && out[10 * 21 + 5][0] == 0.0);
+    }
+
+    #[test]
+    fn light_stays_where_it_is_as_bright() {
+        // The right half is a hundred times brighter, and its error is.
+        let mut view = view(21, 21, |i| if i % 21 < 10 { 0.1 } else { 10.0 });
+        for (i, pixel) in view.pixels.iter_mut().enumerate() {
+            pixel.mean = [if i % 21 < 10 { 0.05 } else { 5.0 }; 3];
+        }
+        let mut taken = vec![[0.0; 3]; 21 * 21];
+        taken[10 * 21 + 7] = [1.0; 3];
+        let out = shares(&view, &taken);
+        let sum = |columns: std::ops::Range<usize>| -> f32 {
+            out.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 21))).map(|(_, c)| c[1]).sum()
+        };
+        // The 3 by 3 of the border's pixels see the other side.
+        assert!((sum(0..21) - 1.0).abs() < 1e-6);
+        assert!(sum(0..9) > 0.9 && sum(10..21) < 1e-6, "{} {}", sum(0..9), sum(10..21));
     }
 
     #[test]

@@ -16,8 +16,6 @@ pub struct State {
     pub ledger: Ledger,
     /// What each pixel is to be brought to, in rows; empty before the first layer.
     pub targets: Vec<u32>,
-    /// The threshold that the targets come from; what is set right in the end depends on the last one.
-    pub lambda: Option<f64>,
     /// What radiance is multiplied by, once the first layer has said so.
     pub exposure: Option<f32>,
     /// Layers so far.
@@ -39,7 +37,6 @@ impl State {
             film,
             ledger: Ledger::default(),
             targets: Vec::new(),
-            lambda: None,
             exposure: None,
             layers: Vec::new(),
             rays: TraceStatistics::default(),
@@ -50,7 +47,6 @@ impl State {
     /// Takes over what the loop knows. `start` is when this process began to sample.
     pub(crate) fn keep(&mut self, outcome: &Outcome, decisions: &Decisions, start: Instant) {
         self.targets.clone_from(&decisions.targets);
-        self.lambda = decisions.lambda;
         self.exposure = outcome.exposure;
         self.layers.clone_from(&outcome.layers);
         self.rays = outcome.rays;

@@ -61,7 +61,7 @@ impl Run<'_> {
             invalid_samples: film.invalid_samples(),
             invalid: film.named_invalid().map(|([x, y], n)| [x, y, n]).take(MOST_NAMED).collect(),
             exposure: outcome.exposure,
-            threshold: self.state.lambda.filter(|l| l.is_finite()),
+            threshold: self.state.ledger.lambdas().iter().rev().copied().find(|l| l.is_finite()),
             predicted_error: outcome.predicted_error,
             audit_samples: outcome.audit_samples,
             stopped_by: outcome.stopped_by,

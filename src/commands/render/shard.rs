@@ -124,7 +124,7 @@ impl Shard {
         film.correction = film.correction.iter().skip(skip).take(keep).copied().collect();
         *decisions = decisions.iter().skip(skip).take(keep).copied().collect();
         state.targets.clear();
-        state.ledger = Ledger::default();
+        state.ledger = Ledger::from_parts(None, state.ledger.lambdas().to_vec(), Vec::new());
     }
 }
 

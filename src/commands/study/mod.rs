@@ -72,6 +72,10 @@ pub(super) struct StudyArguments {
     /// Seed of the renders; references get another one.
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
+    /// Renders of each setting, with seeds from --seed on. Errors and samples are their means, times their medians.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000),
+        allow_negative_numbers = true)]
+    seeds: u32,
     /// Threads, at most 1024; 0 is all.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,

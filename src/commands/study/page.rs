@@ -22,13 +22,14 @@ pub(super) fn page(study: &Study, plots: &Plots, pictures: &[Pictures]) -> Strin
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>Sampling policies compared</title>\n<style>\n{STYLE}</style>\
          </head>\n<body><main>\n<h1>Sampling policies compared</h1>\n<p class=\"lead\">Ratios of {} (small: of samples) to uniform sampling at equal error: {}. \
-         Levels: uniform {} spp. References of {} spp, at most {} spp a pixel, {} threads, seed {}, Sparing {}.</p>\n",
+         Levels: uniform {} spp. References of {} spp, at most {} spp a pixel, {} threads, {} seeds from {} on, Sparing {}.</p>\n",
         study.time_name(),
         names.join(", "),
         levels.join(" and "),
         study.reference_spp,
         study.max_spp,
         study.threads,
+        study.seeds,
         study.seed,
         escape(study.version)
     );

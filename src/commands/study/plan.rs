@@ -176,7 +176,10 @@ pub(super) struct Plan {
     pub(super) max_spp: u32,
     pub(super) reference_spp: u32,
     pub(super) size: Option<[u32; 2]>,
+    /// Of the first render of each setting.
     pub(super) seed: u64,
+    /// Renders of each setting.
+    pub(super) seeds: u32,
     pub(super) threads: usize,
     pub(super) files: FileArguments,
     pub(super) resume: bool,
@@ -221,6 +224,7 @@ impl Plan {
             reference_spp: a.reference_spp,
             size: a.size,
             seed: a.seed,
+            seeds: a.seeds,
             threads: a.threads,
             files: a.files.clone(),
             resume: a.resume,

@@ -2,11 +2,10 @@
 
 use super::plan::{Clock, Knob, Plan, PolicyName};
 use super::references::Reference;
-use super::stage::Stage;
+use super::stage::{Rendered, Stage};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use sparing_adaptive::goal::predicted_error;
-use sparing_adaptive::layers::Outcome;
 use sparing_adaptive::view::{BLOCK_EXCESS, View};
 use sparing_image::exr::{film_layers, write_exr};
 use sparing_image::film::Film;
@@ -60,7 +59,7 @@ impl Metric {
     }
 }
 
-/// One render.
+/// One render, or what several of the same setting give on average.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Record {
     pub(super) policy: PolicyName,
@@ -95,12 +94,11 @@ impl Record {
     pub(super) fn new(
         policy: PolicyName,
         knob: Knob,
-        film: &Film,
-        outcome: &Outcome,
-        cpu_seconds: Option<f64>,
+        rendered: &Rendered,
         reference: &Reference,
         key: String,
     ) -> anyhow::Result<Self> {
+        let Rendered { film, outcome, cpu_seconds } = rendered;
         let [w, h] = film.full_size;
         let scale = reference.exposure;
         let c = compare(&film.beauty(), &reference.pixels, w, h, Exposure::Scale(scale))?;
@@ -113,7 +111,7 @@ impl Record {
             policy,
             knob,
             wall_seconds: outcome.seconds,
-            cpu_seconds,
+            cpu_seconds: *cpu_seconds,
             decide_share: deciding / outcome.seconds.max(1e-9),
             average_spp: film.samples() as f64 / (f64::from(w) * f64::from(h)),
             rel_mse: c.rel_mse,
@@ -126,6 +124,31 @@ impl Record {
             predicted_de: outcome.predicted_error.unwrap_or_else(|| predicted_error(&view)),
             predicted_rel_mse: predicted_rel_mse(&view),
             key,
+        })
+    }
+
+    /// The mean of renders with several seeds, and the medians of their times; `None` of none.
+    pub(super) fn mean(records: &[Self]) -> Option<Self> {
+        let n = records.len() as f64;
+        let mean = |f: fn(&Self) -> f64| records.iter().map(f).sum::<f64>() / n;
+        let all = |f: fn(&Self) -> Option<f64>| records.iter().map(f).collect::<Option<Vec<f64>>>();
+        let first = records.first()?;
+        Some(Self {
+            wall_seconds: median(records.iter().map(|r| r.wall_seconds).collect()),
+            cpu_seconds: all(|r| r.cpu_seconds).map(median),
+            decide_share: median(records.iter().map(|r| r.decide_share).collect()),
+            average_spp: mean(|r| r.average_spp),
+            rel_mse: mean(|r| r.rel_mse),
+            mean_de: mean(|r| r.mean_de),
+            p95_de: mean(|r| r.p95_de),
+            p99_de: mean(|r| r.p99_de),
+            flip: mean(|r| r.flip),
+            bias: mean(|r| r.bias),
+            bias_dark: all(|r| r.bias_dark).map(|b| b.iter().sum::<f64>() / n),
+            predicted_de: mean(|r| r.predicted_de),
+            predicted_rel_mse: mean(|r| r.predicted_rel_mse),
+            key: first.key.clone(),
+            ..*first
         })
     }
 
@@ -146,8 +169,9 @@ impl Record {
     pub(super) fn key(stage: &Stage, plan: &Plan) -> String {
         let [w, h] = stage.size;
         format!(
-            "scene {:016x}, {w}x{h}, seed {}, at most {} spp, {} threads, reference {} spp, Sparing {}",
+            "scene {:016x}, {w}x{h}, {} seeds from {} on, at most {} spp, {} threads, reference {} spp, Sparing {}",
             stage.fingerprint,
+            plan.seeds,
             plan.seed,
             plan.max_spp,
             plan.threads,
@@ -187,6 +211,13 @@ impl Record {
         crate::plot::write_text(&path.with_extension("json"), &json)?;
         Ok(())
     }
+}
+
+/// The middle value, or the mean of the two.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let upper = values.len() / 2;
+    0.5 * (values[values.len().saturating_sub(1) / 2] + values[upper])
 }
 
 /// The mean of the squared standard errors, from block means, in relMSE's terms.

@@ -10,11 +10,12 @@ use crate::session::progress::clock;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use sparing_adaptive::study::Curve;
+use sparing_image::film::Film;
 use std::io::IsTerminal;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Renders shorter than this are made three times, and the median time counts.
+/// Renders shorter than this are made three times if there are fewer seeds, and the median time counts.
 const SHORT_SECONDS: f64 = 0.4;
 
 /// Runs the whole plan; `None` if interrupted.
@@ -73,12 +74,8 @@ fn scene(
                         warm = true;
                     }
                     let begin = Instant::now();
-                    let Some(r) = measure(stage, plan, policy, knob, interrupt, progress) else {
-                        return Ok(None);
-                    };
-                    let Rendered { film, outcome, cpu_seconds } = r;
-                    let record =
-                        Record::new(policy, knob, &film, &outcome, cpu_seconds, &reference, key.clone())?;
+                    let measured = measure(stage, plan, (policy, knob), &reference, interrupt, progress)?;
+                    let Some((record, film)) = measured else { return Ok(None) };
                     record.keep(plan, &stage.name, &film)?;
                     progress.done(plan.guess(policy, knob), Some(begin.elapsed().as_secs_f64()));
                     (record, true)
@@ -104,21 +101,42 @@ fn scene(
     Ok(Some(SceneRuns { name: stage.name.clone(), clock: plan.clock, size: stage.size, reference, records }))
 }
 
-/// One render; a short one three times, for the median of its times. `None` if interrupted.
+/// The renders of a setting, and the first one's film. `None` if interrupted.
 fn measure(
     stage: &Stage,
     plan: &Plan,
-    policy: PolicyName,
-    knob: Knob,
+    (policy, knob): (PolicyName, Knob),
+    reference: &Reference,
+    interrupt: &AtomicBool,
+    progress: &Progress,
+) -> anyhow::Result<Option<(Record, Film)>> {
+    let (mut records, mut first) = (Vec::new(), None);
+    for k in 0..plan.seeds {
+        let seed = plan.seed.wrapping_add(u64::from(k));
+        let Some(rendered) = timed(stage, plan, (policy, knob), seed, interrupt, progress) else {
+            return Ok(None);
+        };
+        records.push(Record::new(policy, knob, &rendered, reference, Record::key(stage, plan))?);
+        first.get_or_insert(rendered.film);
+    }
+    Ok(Record::mean(&records).zip(first))
+}
+
+/// One render; a short one three times, for the median of its times, unless there are as many seeds.
+fn timed(
+    stage: &Stage,
+    plan: &Plan,
+    (policy, knob): (PolicyName, Knob),
+    seed: u64,
     interrupt: &AtomicBool,
     progress: &Progress,
 ) -> Option<Rendered> {
     let once = || {
         let (mut policy, bounds) = policy.policy(knob, plan);
-        stage.render(&mut *policy, bounds, plan.seed, interrupt, progress.bar.as_ref())
+        stage.render(&mut *policy, bounds, seed, interrupt, progress.bar.as_ref())
     };
     let first = once()?;
-    if first.outcome.seconds >= SHORT_SECONDS {
+    if first.outcome.seconds >= SHORT_SECONDS || plan.seeds >= 3 {
         return Some(first);
     }
     let mut runs = [first, once()?, once()?];

@@ -83,8 +83,8 @@ pub struct Header {
     pub complete: bool,
     /// Most samples of a pixel.
     pub most: u32,
-    /// See [`State::lambda`].
-    pub lambda: Option<f64>,
+    /// See [`Ledger::lambdas`](sparing_adaptive::ledger::Ledger::lambdas); none for infinity, which JSON has not.
+    pub lambdas: Vec<Option<f64>>,
     /// See [`State::exposure`].
     pub exposure: Option<f32>,
     /// Layers so far.
@@ -113,7 +113,7 @@ impl Header {
             crop,
             complete,
             most,
-            lambda: state.lambda.filter(|l| l.is_finite()),
+            lambdas: state.ledger.lambdas().iter().map(|l| l.is_finite().then_some(*l)).collect(),
             exposure: state.exposure,
             layers: state.layers.clone(),
             rays: state.rays.into(),

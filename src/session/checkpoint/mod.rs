@@ -164,11 +164,11 @@ fn parse(image: &Image) -> anyhow::Result<Checkpoint> {
     if targets.iter().any(|n| *n > header.most) {
         bail!("it has targets beyond the most samples of a pixel");
     }
+    let lambdas = header.lambdas.iter().map(|l| l.unwrap_or(f64::INFINITY));
     let state = State {
         film,
-        ledger: Ledger::from_parts(plan, passed),
+        ledger: Ledger::from_parts(plan, lambdas.collect(), passed),
         targets,
-        lambda: header.lambda,
         exposure: header.exposure,
         layers: header.layers.clone(),
         rays: header.rays.into(),

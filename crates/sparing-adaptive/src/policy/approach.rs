@@ -39,7 +39,7 @@ pub(super) fn approach(
         // Where many pixels are worth nearly the same, the next threshold can be far beyond the goal.
         let counts: Vec<u32> = view.pixels.iter().map(|p| p.count).collect();
         if afford(&mut decisions, &counts, left.ceil() as u64) {
-            // Not all that the threshold asks for is done: plans stay those of the one before.
+            // Not all that the threshold asks for is done: plans stay as they are.
             decisions.lambda = Some(f64::INFINITY);
             for ((value, target), count) in decisions.values.iter_mut().zip(&decisions.targets).zip(&counts) {
                 *value = if target > count { *value } else { value.min(0.0) };

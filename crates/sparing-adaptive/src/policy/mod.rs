@@ -83,12 +83,12 @@ impl<'a> Barrier<'a> {
         self.view.into_inner().or(self.earlier.into_inner())
     }
 
-    /// The pixels that these decisions send on though their plan does not ask for it.
-    pub(crate) fn passed(&self, decisions: &Decisions) -> Vec<Passed> {
+    /// The pixels that these decisions send on though their plan, within `bounds`, does not ask for it.
+    pub(crate) fn passed(&self, decisions: &Decisions, bounds: Bounds) -> Vec<Passed> {
         if decisions.lambda.is_none() {
             return Vec::new();
         }
-        self.ledger.passing(self.view(), decisions, self.bounds)
+        self.ledger.passing(self.view(), decisions, bounds)
     }
 
     /// The spread of each pixel's neighbours within this radius at the first barrier: what a pixel's plan comes from
@@ -110,18 +110,8 @@ pub struct Decisions {
     pub targets: Vec<u32>,
     /// The decision values, positive where a pixel goes on: how much it is worth. Empty if the policy has none.
     pub values: Vec<f32>,
-    /// The threshold of the plan, if the policy follows it.
+    /// The threshold that plans are carried out by, if the policy has plans. Infinite if nobody goes on, or not all that should.
     pub lambda: Option<f64>,
-}
-
-impl Decisions {
-    /// Keeps the threshold of the barrier before if the goal is reached at this one, which gives an infinite threshold: the plan is
-    /// that of the last threshold that pixels were judged by.
-    pub(crate) fn keep_lambda(&mut self, earlier: Option<f64>) {
-        if self.lambda.is_some_and(f64::is_infinite) {
-            self.lambda = earlier;
-        }
-    }
 }
 
 /// Decides at every barrier which pixels get more samples.
@@ -151,6 +141,11 @@ pub trait Policy: Send {
 
     /// Who goes on, and how far. All pixels are asked, those that stopped before as well.
     fn decide(&mut self, barrier: &Barrier<'_>) -> Decisions;
+}
+
+/// The bounds of a policy's plans.
+pub(crate) fn plan_bounds(policy: &dyn Policy, bounds: Bounds) -> Bounds {
+    Bounds { min_spp: policy.first_target(bounds), ..bounds }
 }
 
 /// Twice the samples, within the bounds.

@@ -2,7 +2,7 @@
 
 use crate::goal::{Bounds, Goal};
 use crate::ledger::Ledger;
-use crate::policy::{Barrier, Policy, Threshold};
+use crate::policy::{Barrier, Policy, Threshold, plan_bounds};
 use crate::view::View;
 use sparing_image::film::{Film, FilmOptions};
 use sparing_render::integrator::Wave;
@@ -101,15 +101,13 @@ impl Replay {
         let width = film.width() as usize;
         let mut levels = vec![0_u8; width * film.height() as usize];
         let mut ledger = Ledger::default();
-        let mut lambda = None;
+        let plans = plan_bounds(policy, self.bounds);
         loop {
             let barrier = Barrier::new(&film, &ledger, self.bounds, exposure);
             at_barrier(&barrier, &levels);
-            let mut decisions = policy.decide(&barrier);
-            decisions.keep_lambda(lambda);
-            lambda = decisions.lambda;
-            let passed = barrier.passed(&decisions);
-            ledger.note(passed);
+            let decisions = policy.decide(&barrier);
+            let passed = barrier.passed(&decisions, plans);
+            ledger.note(passed, &decisions);
             let targets = &decisions.targets;
             let mut any = false;
             let [x0, y0, ..] = film.crop;
@@ -141,7 +139,7 @@ impl Replay {
             }
             if !any {
                 let view = View::new(&film, exposure);
-                film.correction = ledger.correction(&film, &view, &decisions, self.bounds);
+                film.correction = ledger.correction(&film, &view, plans, false);
                 return film;
             }
         }
@@ -175,10 +173,8 @@ mod tests {
             let limits = Limits { bounds, time: None, exposure: Some(1.5) };
             let stop = AtomicBool::new(false);
             render(&renderer, &mut state, &mut Threshold::new(goal), &limits, &stop, &mut Unwatched);
-            assert!(
-                state.lambda.is_some_and(f64::is_finite),
-                "{goal:?}: the last threshold that pixels were judged by"
-            );
+            let lambdas = state.ledger.lambdas();
+            assert!(lambdas.iter().any(|l| l.is_finite()), "{goal:?}: {lambdas:?}");
             let film = state.film;
             let pixels = |film: &Film| film.map(|t, i| t.pixels[i].clone());
             assert!(pixels(&film) == pixels(&replayed), "{goal:?}");
