@@ -221,7 +221,6 @@ pub fn render(
         }
         observer.checkpoint(state, false);
     }
-    state.keep(&outcome, &decisions, start);
     if let Some(exposure) = outcome.exposure.filter(|_| policy.uses_exposure()) {
         let barrier = look.barrier(&state.film, &state.ledger, bounds, exposure);
         outcome.predicted_error = Some(predicted_error(barrier.view()));
@@ -231,6 +230,7 @@ pub fn render(
         let correction = state.ledger.correction(&state.film, barrier.view(), plans, stopped_short);
         state.film.correction = correction;
     }
+    state.keep(&outcome, &decisions, start);
     outcome.decisions = decisions.values;
     outcome.seconds = state.seconds;
     outcome

@@ -42,62 +42,89 @@ fn shares(view: &View, taken: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let squares: f64 = p.error.iter().map(|e| f64::from(*e) * f64::from(*e)).sum();
         (squares / 3.0).sqrt().min(1e18) as f32
     });
-    let share: Vec<f64> = error.pooled(0.0).values.iter().map(|e| f64::from(*e) + LEAST_ERROR).collect();
-    let level = levels(view);
-    let top = level.iter().copied().fold(0.0, f64::max).ceil() as usize;
+    let spreading = Spreading {
+        size: [view.width, view.height],
+        error: error.pooled(0.0).values,
+        light: view.plane(|p| luminance(p.mean) as f32).pooled(0.0).values,
+        taken,
+    };
     let mut out = vec![[0.0; 3]; taken.len()];
-    for band in 0..=top {
-        let of_band = |level: &f64| (1.0 - (level - band as f64).abs()).max(0.0);
-        let membership: Vec<f64> = level.iter().map(of_band).collect();
-        if membership.iter().zip(taken).any(|(m, t)| *m > 0.0 && *t != [0.0; 3]) {
-            spread_band([view.width, view.height], &membership, &share, taken, &mut out);
-        }
-    }
-    out.iter().map(|c| c.map(|c| c.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32)).collect()
+    let strips = out.par_chunks_mut((STRIP * view.width).max(1)).enumerate();
+    strips.for_each(|(k, out)| spreading.strip(k * STRIP, out));
+    out
 }
 
-/// The brightness of each pixel's 3 by 3, in bands above the floor.
-fn levels(view: &View) -> Vec<f64> {
-    let light = view.plane(|p| luminance(p.mean) as f32).pooled(0.0);
-    let bands = |y: &f32| (f64::from(*y) / BAND_FLOOR).ln_1p() / (BAND * std::f64::consts::LN_2);
-    light.values.iter().map(|y| bands(y).min(MOST_BANDS)).collect()
-}
+/// Rows that one task works on: few enough for the cache, and enough that those around them, which it needs, too, are few.
+const STRIP: usize = 32;
 
-/// Spreads what a band's pixels lost, by their membership, over the band.
-fn spread_band(
+/// What light is spread by, one value a pixel.
+struct Spreading<'a> {
     size: [usize; 2],
-    membership: &[f64],
-    share: &[f64],
-    taken: &[[f32; 3]],
-    out: &mut [[f64; 3]],
-) {
-    let share: Vec<f64> = share.iter().zip(membership).map(|(s, m)| s * m).collect();
-    let whole = box_sums(size, &share);
-    for c in 0..3 {
-        let part = |((t, whole), m): ((&[f32; 3], &f64), &f64)| {
-            if *m > 0.0 { m * f64::from(t[c]) / whole } else { 0.0 }
-        };
-        let parts: Vec<f64> = taken.iter().zip(&whole).zip(membership).map(part).collect();
-        for ((out, part), share) in out.iter_mut().zip(box_sums(size, &parts)).zip(&share) {
-            out[c] += part * share;
+    /// Root mean square error of 3 by 3.
+    error: Vec<f32>,
+    /// Root mean square luminance of 3 by 3.
+    light: Vec<f32>,
+    taken: &'a [[f32; 3]],
+}
+
+impl Spreading<'_> {
+    /// What the rows from `first` on get.
+    fn strip(&self, first: usize, out: &mut [[f32; 3]]) {
+        let [width, height] = self.size;
+        // Who gives to them, and who takes from those.
+        let top = first.saturating_sub(2 * RADIUS);
+        let bottom = (first + out.len() / width + 2 * RADIUS).min(height);
+        let rows = top * width..bottom * width;
+        let taken = &self.taken[rows.clone()];
+        let share: Vec<f64> = self.error[rows.clone()].iter().map(|e| f64::from(*e) + LEAST_ERROR).collect();
+        let level: Vec<f64> = self.light[rows].iter().map(|y| level(f64::from(*y))).collect();
+        let gives = || level.iter().zip(taken).filter(|(_, t)| **t != [0.0; 3]).map(|(l, _)| *l);
+        let lowest = gives().fold(f64::INFINITY, f64::min);
+        let highest = gives().fold(0.0, f64::max).ceil() as usize;
+        let mut sums = vec![[0.0; 3]; out.len()];
+        // Without anything to give, `lowest` is infinite and there are no bands.
+        for band in lowest as usize..=highest {
+            let of_band = |level: &f64| (1.0 - (level - band as f64).abs()).max(0.0);
+            let membership: Vec<f64> = level.iter().map(of_band).collect();
+            let share: Vec<f64> = share.iter().zip(&membership).map(|(s, m)| s * m).collect();
+            let whole = box_sums(width, &share);
+            for c in 0..3 {
+                let part = |((t, whole), m): ((&[f32; 3], &f64), &f64)| {
+                    if *m > 0.0 { m * f64::from(t[c]) / whole } else { 0.0 }
+                };
+                let parts: Vec<f64> = taken.iter().zip(&whole).zip(&membership).map(part).collect();
+                let got = box_sums(width, &parts).into_iter().zip(&share).skip((first - top) * width);
+                sums.iter_mut().zip(got).for_each(|(sum, (part, share))| sum[c] += part * share);
+            }
+        }
+        for (out, sum) in out.iter_mut().zip(&sums) {
+            *out = sum.map(|s| s.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32);
         }
     }
+}
+
+/// A luminance in bands above the floor.
+fn level(luminance: f64) -> f64 {
+    ((luminance / BAND_FLOOR).ln_1p() / (BAND * std::f64::consts::LN_2)).min(MOST_BANDS)
 }
 
 /// Sums over squares of side `2 RADIUS + 1`, cut at the border. Added in an order that depends on the square only.
-fn box_sums([width, height]: [usize; 2], values: &[f64]) -> Vec<f64> {
-    let mut rows = vec![0.0; values.len()];
-    rows.par_chunks_mut(width.max(1)).zip(values.par_chunks(width.max(1))).for_each(|(out, row)| {
-        for (x, out) in out.iter_mut().enumerate() {
-            *out = row[x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(width)].iter().sum();
+fn box_sums(width: usize, values: &[f64]) -> Vec<f64> {
+    let mut lines = vec![0.0; values.len()];
+    let mut line = vec![0.0; width + 2 * RADIUS];
+    for (out, row) in lines.chunks_mut(width).zip(values.chunks(width)) {
+        line[RADIUS..RADIUS + width].copy_from_slice(row);
+        for shift in 0..=2 * RADIUS {
+            out.iter_mut().zip(&line[shift..]).for_each(|(o, v)| *o += v);
         }
-    });
+    }
+    let height = values.len() / width;
     let mut sums = vec![0.0; values.len()];
-    sums.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, out)| {
+    for (y, out) in sums.chunks_mut(width).enumerate() {
         for row in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height) {
-            out.iter_mut().zip(&rows[row * width..]).for_each(|(o, v)| *o += v);
+            out.iter_mut().zip(&lines[row * width..]).for_each(|(o, v)| *o += v);
         }
-    });
+    }
     sums
 }
 
