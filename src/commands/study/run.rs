@@ -51,16 +51,20 @@ fn scene(
     };
     let how = if reference.seconds.is_some() { "rendered" } else { "found" };
     progress.done(f64::from(plan.reference_spp), reference.seconds.map(|_| begin.elapsed().as_secs_f64()));
+    if reference.seconds.is_none() {
+        progress.expect_references();
+    }
     progress.line(format_args!("{}: reference of {} spp {how}", stage.name, reference.spp));
     let key = Record::key(stage, plan);
     let mut records: Vec<Record> = Vec::new();
     let mut warm = false;
+    let guess = |policy, knob| plan.guess(policy, knob) * f64::from(plan.seeds);
     for &policy in &plan.policies {
         let knobs = plan.knobs(policy);
         for (i, &knob) in knobs.iter().enumerate() {
             let of_curve = !matches!(knob, Knob::Tolerance(_));
             if of_curve && enough(&records, policy, plan) {
-                progress.done(plan.guess(policy, knob), None);
+                progress.done(guess(policy, knob), None);
                 continue;
             }
             let found = plan.resume.then(|| Record::find(plan, &stage.name, policy, knob, &key)).flatten();
@@ -77,12 +81,12 @@ fn scene(
                     let measured = measure(stage, plan, (policy, knob), &reference, interrupt, progress)?;
                     let Some((record, film)) = measured else { return Ok(None) };
                     record.keep(plan, &stage.name, &film)?;
-                    progress.done(plan.guess(policy, knob), Some(begin.elapsed().as_secs_f64()));
+                    progress.done(guess(policy, knob), Some(begin.elapsed().as_secs_f64()));
                     (record, true)
                 }
             };
             if !fresh {
-                progress.done(plan.guess(policy, knob), None);
+                progress.done(guess(policy, knob), None);
             }
             progress.line(format_args!(
                 "{}: {} {} ({} of at most {}): {:.1} spp, {}{}",
@@ -177,8 +181,9 @@ fn enough(records: &[Record], policy: PolicyName, plan: &Plan) -> bool {
 struct Progress {
     bar: Option<ProgressBar>,
     scenes_left: usize,
-    /// Work of a scene.
+    /// Work of a scene, and that without its reference.
     of_scene: f64,
+    of_renders: f64,
     /// Work left in this scene.
     left: f64,
     /// Pixels of this scene.
@@ -190,7 +195,7 @@ struct Progress {
 impl Progress {
     fn new(plan: &Plan) -> Self {
         let guesses = |p: &PolicyName| -> f64 { plan.knobs(*p).iter().map(|k| plan.guess(*p, *k)).sum() };
-        let of_scene = f64::from(plan.reference_spp) + plan.policies.iter().map(guesses).sum::<f64>();
+        let of_renders = plan.policies.iter().map(guesses).sum::<f64>() * f64::from(plan.seeds);
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new((1000 * plan.scenes.len()) as u64);
             let style = ProgressStyle::with_template("{bar:30} {percent:>3}%  {msg}  {prefix}");
@@ -200,8 +205,9 @@ impl Progress {
         Self {
             bar,
             scenes_left: plan.scenes.len(),
-            of_scene,
-            left: of_scene,
+            of_scene: of_renders + f64::from(plan.reference_spp),
+            of_renders,
+            left: 0.0,
             pixels: 1.0,
             measured: [0.0; 2],
         }
@@ -213,6 +219,11 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.set_position((1000 * (plan.scenes.len() - self.scenes_left)) as u64);
         }
+    }
+
+    /// A reference was there already: those of the scenes left will be.
+    fn expect_references(&mut self) {
+        self.of_scene = self.of_renders;
     }
 
     /// So much work is done; it took time if it was not found.
