@@ -68,6 +68,29 @@ fn everything_is_written_and_found_again() {
 }
 
 #[test]
+fn several_seeds_are_averaged() {
+    let folder = folder();
+    let out = folder.path().join("out");
+    let errors = |seeds: u32| -> Vec<f64> {
+        ok(folder.path(), &format!("{TINY} --policies uniform --seeds {seeds}"));
+        let text = fs::read_to_string(out.join("study.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["seeds"], seeds);
+        let renders = json["scenes"][0]["renders"].as_array().unwrap();
+        assert_eq!(
+            renders.iter().map(|r| r["average_spp"].as_f64().unwrap()).collect::<Vec<_>>(),
+            [8.0, 16.0]
+        );
+        renders.iter().map(|r| r["rel_mse"].as_f64().unwrap()).collect()
+    };
+    let picture = || fs::read(out.join("renders/cornell-box/uniform-spp-16.exr")).unwrap();
+    let (one, first) = (errors(1), picture());
+    let (two, same) = (errors(2), picture());
+    assert!(first == same, "the picture is that of the first seed");
+    assert!(one.iter().zip(&two).all(|(a, b)| a != b && *b > 0.5 * a), "{one:?} {two:?}");
+}
+
+#[test]
 fn a_broken_cache_is_rendered_again() {
     let folder = folder();
     let line = format!("{TINY} --policies uniform");
@@ -118,6 +141,7 @@ fn mistakes_get_one_clear_line() {
             "the level 4 must lie between 8 samples and --max-spp 4096",
         ),
         ("study @cornell-box.pbrt -o out --max-spp 128", 2, "the level 256 must lie between"),
+        ("study @cornell-box.pbrt -o out --seeds 0", 2, "--seeds"),
         ("study missing.pbrt -o out", 1, "missing.pbrt"),
         ("study @cornell-box.pbrt -o out --policies best", 2, "half-buffer"),
         ("study -o out", 2, "SCENES"),

@@ -173,6 +173,18 @@ impl Goal {
         if left > 0.0 { left } else { 0.0 }
     }
 
+    /// Samples that the next layer may take: an average is never exceeded, but may be reached in full, so that what fits is well
+    /// within [`REACHED`] and no barrier follows for the sake of a few pixels.
+    pub(crate) fn samples_allowed(self, view: &View) -> f64 {
+        match self {
+            Self::Average(n) => {
+                let now: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
+                n * view.pixels.len() as f64 - now
+            }
+            goal => goal.samples_left(view),
+        }
+    }
+
     /// The goal for the next layer.
     fn half_way(self, view: &View) -> Self {
         let samples = |goal: f64, now: f64| {

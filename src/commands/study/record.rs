@@ -230,3 +230,41 @@ fn predicted_rel_mse(view: &View) -> f64 {
         view.pixels.iter().map(|p| p.mean.iter().zip(&p.error).map(channel).sum::<f64>() / 3.0).sum();
     sum / view.pixels.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_averaged_and_times_are_not() {
+        let record = |seconds: f64, error: f64, dark: Option<f64>| Record {
+            policy: PolicyName::Svm,
+            knob: Knob::Average(24),
+            wall_seconds: seconds,
+            cpu_seconds: Some(seconds),
+            decide_share: 0.5 * seconds,
+            average_spp: error,
+            rel_mse: error,
+            mean_de: error,
+            p95_de: error,
+            p99_de: error,
+            flip: error,
+            bias: error,
+            bias_dark: dark,
+            predicted_de: error,
+            predicted_rel_mse: error,
+            key: "key".to_owned(),
+        };
+        let all = [record(9.0, 1.0, Some(0.0)), record(1.0, 2.0, Some(1.0)), record(2.0, 6.0, Some(5.0))];
+        let mean = Record::mean(&all).expect("there are some");
+        assert_eq!((mean.wall_seconds, mean.cpu_seconds, mean.decide_share), (2.0, Some(2.0), 1.0));
+        for metric in Metric::ALL {
+            assert_eq!(metric.of(&mean), 3.0);
+        }
+        assert_eq!((mean.average_spp, mean.bias, mean.bias_dark), (3.0, 3.0, Some(2.0)));
+        assert_eq!((mean.predicted_de, mean.predicted_rel_mse, mean.key.as_str()), (3.0, 3.0, "key"));
+        let two = Record::mean(&[record(1.0, 1.0, None), record(2.0, 2.0, Some(1.0))]).expect("two");
+        assert_eq!((two.wall_seconds, two.bias_dark), (1.5, None));
+        assert!(Record::mean(&[]).is_none());
+    }
+}

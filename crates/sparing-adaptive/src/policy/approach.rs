@@ -14,7 +14,7 @@ const LESS: f64 = 0.8;
 const MOST_TRIES: usize = 8;
 
 /// Decides by the threshold for the next layer, or by a lower one if hardly any pixel would go on and the goal is not reached. A
-/// layer takes no more samples than are left; those that are worth most go first.
+/// layer takes no more samples than the goal allows; those that are worth most go first.
 pub(super) fn approach(
     goal: Goal,
     view: &View,
@@ -38,7 +38,7 @@ pub(super) fn approach(
     if left > 0.0 {
         // Where many pixels are worth nearly the same, the next threshold can be far beyond the goal.
         let counts: Vec<u32> = view.pixels.iter().map(|p| p.count).collect();
-        if afford(&mut decisions, &counts, left.ceil() as u64) {
+        if afford(&mut decisions, &counts, goal.samples_allowed(view) as u64) {
             // Not all that the threshold asks for is done: plans stay as they are.
             decisions.lambda = Some(f64::INFINITY);
             for ((value, target), count) in decisions.values.iter_mut().zip(&decisions.targets).zip(&counts) {
@@ -100,10 +100,10 @@ mod tests {
 
     #[test]
     fn a_layer_takes_no_more_than_is_left() {
-        // 12 samples on average: 4 for each of 100 pixels are left, less half a per cent.
+        // 12 samples on average: 4 for each of 100 pixels are left.
         for factor in [0.0, 0.1] {
             let (_, going, lambda) = run(Goal::Average(12.0), factor);
-            assert_eq!((going, lambda), (49, Some(f64::INFINITY)), "{factor}");
+            assert_eq!((going, lambda), (50, Some(f64::INFINITY)), "{factor}");
         }
     }
 
