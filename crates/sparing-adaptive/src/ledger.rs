@@ -136,14 +136,15 @@ mod tests {
     const BOUNDS: Bounds = Bounds { min_spp: 8, max_spp: 128 };
     const TRUTH: f64 = 0.02 * 1.0 + 0.01;
 
-    /// Renders a dark wall that one sample in fifty lights up, with the goal of each barrier; gives the sums of the means and of the
-    /// corrected ones.
-    fn wall(seed: u64, goal: impl Fn(usize) -> Goal) -> [f64; 2] {
+    /// Renders a dark wall that one sample in fifty lights up, in so many layers at most, with the goal of each barrier; gives the sums of
+    /// the means and of the corrected ones.
+    fn wall(seed: u64, layers: usize, goal: impl Fn(usize) -> Goal) -> [f64; 2] {
         let mut random = Random::new(seed);
         let mut film = Film::new([SIDE, SIDE], [0, 0, SIDE, SIDE], FilmOptions::default());
         let mut ledger = Ledger::default();
         let mut decisions = Decisions { targets: vec![8; (SIDE * SIDE) as usize], ..Decisions::default() };
-        for barrier in 0.. {
+        let mut stopped_short = true;
+        for barrier in 0..layers {
             let mut any = false;
             for tile in &mut film.tiles {
                 for i in 0..tile.pixels.len() {
@@ -156,6 +157,7 @@ mod tests {
                 }
             }
             if !any {
+                stopped_short = false;
                 break;
             }
             let mut policy = Threshold::new(goal(barrier));
@@ -166,13 +168,13 @@ mod tests {
         }
         let sum = |film: &Film| film.beauty().iter().map(|p| f64::from(p[0])).sum::<f64>();
         let plain = sum(&film);
-        film.correction = ledger.correction(&film, &View::new(&film, 1.0), BOUNDS, false);
+        film.correction = ledger.correction(&film, &View::new(&film, 1.0), BOUNDS, stopped_short);
         [plain, sum(&film)]
     }
 
     /// Bias without and with the correction, each with its standard error.
-    fn biases(goal: impl Fn(usize) -> Goal) -> [[f64; 2]; 2] {
-        let trials: Vec<[f64; 2]> = (0..60).map(|seed| wall(seed, &goal)).collect();
+    fn biases(layers: usize, goal: impl Fn(usize) -> Goal) -> [[f64; 2]; 2] {
+        let trials: Vec<[f64; 2]> = (0..60).map(|seed| wall(seed, layers, &goal)).collect();
         std::array::from_fn(|k| {
             let n = trials.len() as f64;
             let values = trials.iter().map(|t| t[k] / f64::from(SIDE * SIDE) / TRUTH - 1.0);
@@ -184,7 +186,7 @@ mod tests {
 
     #[test]
     fn choosing_pixels_by_their_samples_takes_no_light_away() {
-        let [plain, corrected] = biases(|_| Goal::Average(24.0));
+        let [plain, corrected] = biases(usize::MAX, |_| Goal::Average(24.0));
         assert!(plain[0] < -0.1, "without the correction the wall is dark: {plain:?}");
         assert!(corrected[0].abs() < (4.0 * corrected[1]).min(0.02), "{corrected:?}");
     }
@@ -193,7 +195,16 @@ mod tests {
     fn nor_does_a_threshold_that_falls_and_rises() {
         // Plans are carried out by low thresholds first; then only what is far above goes on.
         for lambdas in [[0.1, 0.5, 5.0, 5.0], [5.0, 5.0, 0.1, 5.0], [5.0, 0.5, 0.1, 5.0]] {
-            let [plain, corrected] = biases(|barrier| Goal::Threshold(lambdas[barrier.min(3)]));
+            let [plain, corrected] = biases(usize::MAX, |barrier| Goal::Threshold(lambdas[barrier.min(3)]));
+            assert!(plain[0] < -0.01, "{lambdas:?}: {plain:?}");
+            assert!(corrected[0].abs() < (4.0 * corrected[1]).min(0.02), "{lambdas:?}: {corrected:?}");
+        }
+    }
+    #[test]
+    fn nor_does_a_last_layer_that_is_not_sampled() {
+        // The last threshold asks for more of all, and nobody gets it.
+        for lambdas in [[5.0, 5.0, 0.1], [5.0, 1.0, 0.1]] {
+            let [plain, corrected] = biases(3, |barrier| Goal::Threshold(lambdas[barrier]));
             assert!(plain[0] < -0.01, "{lambdas:?}: {plain:?}");
             assert!(corrected[0].abs() < (4.0 * corrected[1]).min(0.02), "{lambdas:?}: {corrected:?}");
         }

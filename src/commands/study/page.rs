@@ -22,15 +22,17 @@ pub(super) fn page(study: &Study, plots: &Plots, pictures: &[Pictures]) -> Strin
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>Sampling policies compared</title>\n<style>\n{STYLE}</style>\
          </head>\n<body><main>\n<h1>Sampling policies compared</h1>\n<p class=\"lead\">Ratios of {} (small: of samples) to uniform sampling at equal error: {}. \
-         Levels: uniform {} spp. References of {} spp, at most {} spp a pixel, {} threads, {} seeds from {} on, Sparing {}.</p>\n",
+         Levels: uniform {} spp. References of {} spp, at most {} spp a pixel, {} threads, {}, Sparing {}.</p>\n",
         study.time_name(),
         names.join(", "),
         levels.join(" and "),
         study.reference_spp,
         study.max_spp,
         study.threads,
-        study.seeds,
-        study.seed,
+        match study.seeds {
+            1 => format!("seed {}", study.seed),
+            n => format!("means of {n} seeds from {} on", study.seed),
+        },
         escape(study.version)
     );
     let _ = writeln!(out, "<figure class=\"wide\">{}</figure>", plots.summary);
