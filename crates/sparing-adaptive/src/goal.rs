@@ -58,6 +58,11 @@ pub(crate) fn most_planned(bounds: Bounds) -> u32 {
     bounds.min_spp.max(1).saturating_mul(MOST_PLANNED).min(bounds.max_spp)
 }
 
+/// Samples of all pixels.
+fn samples(view: &View) -> f64 {
+    view.pixels.iter().map(|p| f64::from(p.count)).sum()
+}
+
 /// The predicted mean CIEDE2000 error of the pixels as they are.
 #[must_use]
 pub fn predicted_error(view: &View) -> f64 {
@@ -164,7 +169,7 @@ impl Goal {
 
     /// Samples that are expected to reach the goal; 0 where it is reached, and where it is a threshold.
     pub(crate) fn samples_left(self, view: &View) -> f64 {
-        let now: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
+        let now = samples(view);
         let left = match self {
             Self::Threshold(_) => 0.0,
             Self::Average(n) => REACHED * n * view.pixels.len() as f64 - now,
@@ -177,29 +182,23 @@ impl Goal {
     /// within [`REACHED`] and no barrier follows for the sake of a few pixels.
     pub(crate) fn samples_allowed(self, view: &View) -> f64 {
         match self {
-            Self::Average(n) => {
-                let now: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
-                n * view.pixels.len() as f64 - now
-            }
+            Self::Average(n) => n * view.pixels.len() as f64 - samples(view),
             goal => goal.samples_left(view),
         }
     }
 
     /// The goal for the next layer.
     fn half_way(self, view: &View) -> Self {
-        let samples = |goal: f64, now: f64| {
+        let half = |goal: f64, now: f64| {
             if now > LITTLE_LEFT * goal { goal } else { now + WAY * (goal - now) }
         };
         match self {
             Self::Threshold(_) => self,
-            Self::Average(n) => {
-                let sum: f64 = view.pixels.iter().map(|p| f64::from(p.count)).sum();
-                Self::Average(samples(n, sum / view.pixels.len().max(1) as f64))
-            }
+            Self::Average(n) => Self::Average(half(n, samples(view) / view.pixels.len().max(1) as f64)),
             // Samples are as one over the square of the error.
             Self::Tolerance(t) => {
                 let error = predicted_error(view);
-                let aim = samples(1.0 / (t * t), 1.0 / (error * error)).sqrt().recip();
+                let aim = half(1.0 / (t * t), 1.0 / (error * error)).sqrt().recip();
                 Self::Tolerance(if aim.is_finite() { aim.max(t) } else { t })
             }
         }
